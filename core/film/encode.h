@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/film/image.h"
+
+namespace photond {
+
+enum class ImageFormat { png, jpeg, exr_half, exr_float };
+
+/// How radiance becomes 8-bit sRGB: multiplied by 2^exposure, clipped at 1, sRGB-encoded.
+struct ToneMap {
+  float exposure = 0;
+};
+
+/// Encodes to memory by OpenImageIO. PNG (level 1) and JPEG (quality 90) are tone-mapped to 8-bit sRGB; EXR is
+/// linear R, G, B (half: PIZ, float: ZIP), first scanline on top.
+Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, const ToneMap& tone = {});
+
+/// Decodes an EXR (or any file OpenImageIO reads as linear float) of at least three channels named R, G, B.
+Result<Image> decode_exr(std::span<const std::byte> bytes);
+
+}  // namespace photond

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/math/types.h"
+
+namespace photond {
+
+/// A picture of linear Rec. 709 radiance, first row on top.
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<Rgb> pixels;   ///< width·height, row-major
+
+  Image() = default;
+  Image(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * h, Rgb(0)) {}
+
+  std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * width + x; }
+  Rgb& at(int x, int y) { return pixels[index(x, y)]; }
+  const Rgb& at(int x, int y) const { return pixels[index(x, y)]; }
+};
+
+}  // namespace photond

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "core/base/digest.h"
+#include "core/base/parallel.h"
+#include "core/base/result.h"
+#include "core/photon/photon_map.h"
+#include "core/photon/settings.h"
+#include "core/trace/prepare.h"
+
+namespace photond {
+
+/// Names a set of photon maps by all they depend on. No camera, film or radius: those reuse the maps.
+struct MapKey {
+  Digest scene;
+  PhotonSettings settings;
+  std::uint32_t pass = 0;
+  auto operator<=>(const MapKey&) const = default;
+};
+
+/// The flux of one pass, in W per channel summed over RGB/3: emitted = absorbed + escaped + truncated + rejected.
+struct EnergyLedger {
+  double emitted = 0;
+  double absorbed = 0;    ///< lost at surfaces and in media, Russian roulette's gains and losses included
+  double escaped = 0;     ///< left the scene
+  double truncated = 0;   ///< cut at the depth limit
+  double rejected = 0;    ///< not finite or inconsistent with the geometric side
+};
+
+/// The photons of one pass and their indices. Immutable and independent of the camera.
+struct PhotonMaps {
+  PhotonMap global;        ///< indirect: at least one non-specular bounce before the stored hit
+  PhotonMap caustic;       ///< light, then one or more specular bounces, then the stored hit: LS⁺D
+  std::uint32_t emitted = 0;       ///< paths; photon powers are divided by it at the query
+  std::uint64_t rays = 0;          ///< traced while shooting
+  EnergyLedger ledger;
+  std::uint64_t memory_bytes = 0;
+};
+
+/// Emits `key.settings.photons_per_pass` paths and indexes what they leave. A pure function of scene and key:
+/// the bits do not depend on the execution. Errors: cancelled.
+Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene& scene, const MapKey& key,
+                                                            const Execution& execution);
+
+/// Where a rendering gets the maps of a pass from: a cache, or build_photon_maps itself.
+using MapSource = std::function<Result<std::shared_ptr<const PhotonMaps>>(const MapKey&, const Execution&)>;
+
+}  // namespace photond

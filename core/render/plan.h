@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/base/result.h"
+#include "core/render/settings.h"
+#include "core/trace/prepare.h"
+
+namespace photond {
+
+/// One decision of a plan.
+struct PlanItem {
+  std::string feature;       ///< "method", "caustic_map", "radius", "volume_absorption", …
+  bool active = false;
+  std::string reason;        ///< one sentence
+};
+
+/// What a scene needs and why; shown by `photond info`, in reports and in a job's JSON.
+struct Plan {
+  Method method = Method::path;   ///< never automatic
+  bool biased = false;            ///< the method does not converge to the right picture (photon_map)
+  bool uses_maps = false;
+  float radius = 0;               ///< first gather radius in metres (0 where no map is used)
+  std::vector<PlanItem> items;
+};
+
+/// Decides method and features. `settings.method` other than automatic is kept.
+Result<Plan> make_plan(const PreparedScene& scene, const PhotonSettings& photons, const RenderSettings& settings,
+                       const Execution& execution);
+
+}  // namespace photond

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/base/result.h"
+#include "core/film/film.h"
+#include "core/photon/photon_maps.h"
+#include "core/render/plan.h"
+#include "core/render/settings.h"
+#include "core/scene/camera.h"
+#include "core/trace/prepare.h"
+
+namespace photond {
+
+/// Everything that determines a picture. Immutable while it renders; shared with whoever reports on it.
+struct RenderTask {
+  std::shared_ptr<const PreparedScene> scene;
+  Camera camera;
+  PhotonSettings photons;
+  RenderSettings settings;
+  Plan plan;                 ///< of make_plan(*scene, settings)
+};
+
+/// Checks the settings and makes the plan. Traces a small pilot where the plan needs one (radius), so it may
+/// take some milliseconds to a second; errors: bad settings, cancelled.
+Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, const Camera& camera,
+                                    const PhotonSettings& photons, const RenderSettings& settings,
+                                    const Execution& execution);
+
+/// Renders pass `pass` (0, 1, …) of the task: an estimate of the picture independent of all other passes
+/// (`photon_map`: sharing one map). A pure function of (task, pass). Asks `maps` for photon maps at most once.
+Result<Image> render_pass(const RenderTask& task, std::uint32_t pass, const MapSource& maps,
+                          const Execution& execution);
+
+}  // namespace photond

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/base/result.h"
+#include "core/photon/settings.h"
+
+namespace photond {
+
+/// The light-transport method of a picture.
+enum class Method : std::uint8_t {
+  automatic,    ///< chosen by make_plan
+  path,         ///< path tracing with next-event estimation and MIS: unbiased
+  photon_map,   ///< two passes: direct by shadow rays, caustics from the map, indirect by final gather: biased
+  progressive,  ///< independent passes with shrinking radius: consistent
+};
+
+/// Exactly what changes a picture but no photon map (the camera is passed beside it).
+struct RenderSettings {
+  Method method = Method::automatic;
+  int width = 512;                           ///< 1 … 16384
+  int height = 512;
+  std::uint64_t seed = 0;
+  float radius = 0;                          ///< first gather radius in metres; 0: chosen by the pilot
+  std::uint32_t gather_photons = 64;         ///< k of the k-nearest estimate (photon_map), 1 … 4096
+  std::uint32_t max_depth = 65'536;          ///< vertices of a path; what is cut is counted as truncated
+};
+
+/// When a job is done: at whichever comes first. At least one must be set.
+struct StopRule {
+  std::optional<std::uint32_t> passes;
+  std::optional<double> seconds;
+  std::optional<double> relative_error;      ///< of ErrorEstimate::relative
+};
+
+/// Errors name the field as a JSON pointer of the job message: `/photons_per_pass`, `/film/width`, `/radius`.
+Status check_settings(const PhotonSettings& photons, const RenderSettings& render, const StopRule& stop);
+
+const char* method_name(Method method);      ///< "auto", "path", "photon_map", "progressive"
+std::optional<Method> method_from_name(const char* name);
+
+}  // namespace photond

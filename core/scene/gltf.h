@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/scene/scene.h"
+
+namespace photond {
+
+/// What a file may ask for before it is refused with ErrorCode::limit_exceeded.
+struct SceneLimits {
+  std::uint64_t max_triangles = 50'000'000;       ///< all instances of a mesh count once
+  std::uint64_t max_vertices = 50'000'000;
+  std::uint64_t max_instances = 1'000'000;
+  std::uint64_t max_nodes = 1'000'000;
+  std::uint64_t max_texture_pixels = 256'000'000; ///< all images together
+  int max_image_side = 16'384;
+  int max_json_depth = 128;
+};
+
+/// Returns the bytes of a resource that a .gltf names by relative URI (already percent-decoded and free of
+/// `..`, schemes and absolute paths). The caller decides what it may read.
+using ResourceReader = std::function<Result<std::vector<std::byte>>(const std::string& path)>;
+
+/// A reader for files that stand alone (an uploaded GLB): every external resource is an error.
+ResourceReader no_resources();
+
+/// Parses and validates a glTF 2.0 asset, GLB or JSON told apart by its first bytes. Of the result every index
+/// is in range, every float finite, and there is at least one camera and one source of light (defaults are
+/// added with a warning). Degenerate triangles are dropped and counted in a warning. Never reads a file itself.
+/// Errors carry a JSON-like place ("accessors[3]", "meshes[0].primitives[1].indices").
+Result<Scene> read_gltf(std::span<const std::byte> bytes, const ResourceReader& resources,
+                        const SceneLimits& limits = {});
+
+}  // namespace photond

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/math/types.h"
+
+namespace photond {
+
+/// How one texture is applied; `texture` < 0 means none.
+struct TextureSlot {
+  std::int32_t texture = -1;                             ///< index into Scene::textures
+  std::uint32_t uv_set = 0;                              ///< 0 or 1
+  glm::mat3x2 uv_transform{1, 0, 0, 1, 0, 0};            ///< KHR_texture_transform: uv' = M·(u, v, 1)
+
+  bool used() const { return texture >= 0; }
+};
+
+enum class AlphaMode : std::uint8_t { opaque, mask, blend };
+
+/// A glTF 2.0 metallic-roughness material with the extensions named beside the fields. Plain data.
+struct Material {
+  std::string name;
+
+  Rgb base_color{1};
+  float alpha = 1;
+  TextureSlot base_color_texture;                        ///< sRGB, times COLOR_0 where the mesh has it
+  float metallic = 1;
+  float roughness = 1;                                   ///< perceptual; GGX α = roughness²
+  TextureSlot metallic_roughness_texture;                ///< linear: G roughness, B metallic
+  TextureSlot normal_texture;                            ///< linear, tangent space
+  float normal_scale = 1;
+  Rgb emission{0};                                       ///< radiance: emissiveFactor × emissiveStrength
+  TextureSlot emission_texture;                          ///< sRGB
+  AlphaMode alpha_mode = AlphaMode::opaque;
+  float alpha_cutoff = 0.5f;
+  bool double_sided = false;                             ///< emission leaves the back too
+
+  float ior = 1.5f;                                      ///< KHR_materials_ior; 0 means F = 1 everywhere
+  float specular = 1;                                    ///< KHR_materials_specular
+  TextureSlot specular_texture;                          ///< linear A
+  Rgb specular_color{1};
+  TextureSlot specular_color_texture;                    ///< sRGB
+  float transmission = 0;                                ///< KHR_materials_transmission
+  TextureSlot transmission_texture;                      ///< linear R
+  bool thin_walled = true;                               ///< KHR_materials_volume: thicknessFactor is 0
+  Rgb attenuation_color{1};
+  float attenuation_distance = kInfinity;                ///< metres
+
+  bool emissive() const { return !is_black(emission); }
+};
+
+}  // namespace photond

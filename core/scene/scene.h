@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/digest.h"
+#include "core/math/types.h"
+#include "core/scene/camera.h"
+#include "core/scene/material.h"
+
+namespace photond {
+
+/// Decoded pixels of a texture file, RGBA, first row on top; exactly one of `u8` and `u16` is filled.
+struct TextureImage {
+  std::string name;
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> u8;     ///< 4·width·height values
+  std::vector<std::uint16_t> u16;   ///< 4·width·height values
+};
+
+enum class Wrap : std::uint8_t { repeat, clamp, mirror };
+
+/// An image with its sampler. `srgb` says how RGB values are decoded (A is always linear); an image used both
+/// as colour and as data appears as two textures.
+struct Texture {
+  std::uint32_t image = 0;          ///< index into Scene::images
+  Wrap wrap_s = Wrap::repeat;
+  Wrap wrap_t = Wrap::repeat;
+  bool nearest = false;             ///< magnification filter; otherwise bilinear
+  bool srgb = false;
+};
+
+/// Triangles with one material, in object space. Attribute vectors are empty or one value per vertex.
+struct Mesh {
+  std::string name;
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;        ///< unit; empty: flat shading
+  std::vector<Vec4> tangents;       ///< xyz unit, w = ±1 handedness
+  std::vector<Vec2> uv[2];
+  std::vector<Vec4> colors;         ///< linear COLOR_0
+  std::vector<glm::uvec3> triangles;
+  std::uint32_t material = 0;       ///< index into Scene::materials
+};
+
+/// One placement of a mesh in the world.
+struct Instance {
+  std::uint32_t mesh = 0;
+  Affine to_world{1};
+};
+
+enum class LightType : std::uint8_t { point, spot, directional };
+
+/// KHR_lights_punctual, placed in the world. Values are taken as radiometric, as given.
+struct PunctualLight {
+  std::string name;
+  LightType type = LightType::point;
+  Vec3 position{0};
+  Vec3 direction{0, 0, -1};         ///< unit; the way the light shines (spot, directional)
+  Rgb intensity{1};                 ///< W·sr⁻¹ (point, spot) or W·m⁻² (directional): colour × intensity
+  float cos_inner = 1;              ///< spot: full intensity inside
+  float cos_outer = 0.70710678f;    ///< spot: none outside
+};
+
+/// Light from infinitely far away: a uniform radiance.
+struct Environment {
+  Rgb radiance{0};
+  bool active() const { return !is_black(radiance); }
+};
+
+/// Everything a picture needs, as plain data; what read_gltf returns and check_scene accepts.
+struct Scene {
+  std::vector<Mesh> meshes;
+  std::vector<Instance> instances;
+  std::vector<Material> materials;
+  std::vector<Texture> textures;
+  std::vector<TextureImage> images;
+  std::vector<PunctualLight> lights;
+  std::vector<Camera> cameras;      ///< never empty after read_gltf
+  Environment environment;
+  std::vector<std::string> warnings;  ///< each names its place: "materials[2]: KHR_materials_sheen ignored"
+};
+
+/// Bounds of all instances in the world.
+Bounds3 world_bounds(const Scene& scene);
+
+/// SHA-256 of everything that changes a photon map: geometry, materials, textures, lights and environment, but
+/// neither cameras, names nor warnings.
+Digest scene_digest(const Scene& scene);
+
+}  // namespace photond

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core/base/parallel.h"
+#include "core/base/result.h"
+#include "core/scene/scene.h"
+#include "core/trace/accel.h"
+#include "core/trace/lights.h"
+
+namespace photond {
+
+/// A scene with what is derived from it once and never changes: digest, intersection accelerator, light
+/// distribution. Self-contained; shared between jobs.
+struct PreparedScene {
+  Scene scene;
+  Digest digest;
+  Bounds3 bounds;
+  Accel accel;
+  Lights lights;
+  std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each
+  std::uint64_t memory_bytes = 0;    ///< estimate: scene, textures and accelerator
+};
+
+/// Builds the accelerator and the lights. Errors: cancelled, or the accelerator's own (out of memory).
+Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Execution& execution);
+
+}  // namespace photond
