@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "core/base/result.h"
+
+namespace photond {
+
+/// What a service is started with. Sizes are budgets: the service stays near them, pinned data aside.
+struct ServiceOptions {
+  std::string host = "127.0.0.1";
+  int port = 8080;                               ///< 0: any free port, see Service::port
+  std::string samples_dir;                       ///< *.glb listed as sample scenes; empty: none
+  std::string client_dir;                        ///< the built web client (index.html inside); empty: none
+  int threads = 0;                               ///< render threads; 0: one per core
+  std::uint64_t map_cache_bytes = 1ull << 30;    ///< photon maps kept for later jobs
+  std::uint64_t scene_cache_bytes = 1ull << 30;  ///< prepared scenes kept for later jobs
+  std::uint64_t scene_store_bytes = 2ull << 30;  ///< uploaded files; beyond it uploads are refused
+  std::uint64_t picture_bytes = 1ull << 30;      ///< pictures of finished jobs; the oldest jobs are forgotten
+  std::uint64_t max_upload_bytes = 256ull << 20;
+  std::uint64_t max_pixels = 8'388'608;          ///< of one film
+  int max_live_jobs = 256;                       ///< not yet ended; beyond it submissions are refused
+  int max_kept_jobs = 1024;                      ///< ended; the oldest are forgotten
+  int max_streams = 256;                         ///< event streams and long polls at once
+  int max_requests = 64;                         ///< other requests at once
+};
+
+/// The running HTTP service. Everything lives inside: several services may run in one process (tests do).
+class Service {
+ public:
+  /// Binds the port and serves from threads of its own; returns once requests are answered. Errors: io (the
+  /// port is occupied, a directory cannot be read), invalid_input (an option out of range).
+  static Result<std::unique_ptr<Service>> start(const ServiceOptions& options);
+  ~Service();
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+
+  int port() const;
+  /// `http://host:port/`
+  std::string url() const;
+  /// Refuses new work, cancels running jobs, ends streams and joins all threads; at most a few seconds. May be
+  /// called more than once, from any thread that serves no request.
+  void stop();
+
+ private:
+  struct State;
+  explicit Service(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace photond
