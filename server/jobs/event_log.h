@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "server/store/store.h"
+
+namespace photond {
+
+/// The one way by which jobs change in the store, and the place to wait for it. A reader pulls at its own
+/// pace; a slow one finds superseded progress and frame events left out, and delays nobody.
+class EventLog {
+ public:
+  explicit EventLog(Store& store) : store_(store) {}
+
+  Status add(JobRecord& job, Event event);
+  Status update(const JobRecord& job, Event event);
+
+  /// The id of the newest event of all jobs; 0 before the first.
+  std::uint64_t newest() const;
+  /// Waits until `newest()` exceeds `seen`; false after `timeout` or a stop.
+  bool wait_beyond(std::uint64_t seen, std::chrono::milliseconds timeout, std::stop_token stop) const;
+  /// Events above `after` of one job or (empty) of all, coalesced: of each job's runs of progress, frame and
+  /// map events only the newest, every state event.
+  std::vector<Event> read_after(std::uint64_t after, const std::string& job) const;
+
+ private:
+  Status note(const Result<Event>& stored);
+
+  Store& store_;
+  mutable std::mutex mutex_;
+  mutable std::condition_variable_any changed_;
+  std::uint64_t newest_ = 0;
+};
+
+}  // namespace photond

@@ -1,0 +1,61 @@
+#include "server/jobs/frames.h"
+
+#include <string>
+#include <utility>
+
+namespace photond {
+
+namespace {
+
+constexpr std::size_t kKept = 3;  // the newest, and what viewers may still be fetching
+
+ImageFormat encoding_of(FrameFormat format, bool result) {
+  if (format == FrameFormat::png) return ImageFormat::png;
+  if (format == FrameFormat::jpg) return ImageFormat::jpeg;
+  return result ? ImageFormat::exr_float : ImageFormat::exr_half;
+}
+
+}  // namespace
+
+void Frames::publish(std::uint32_t revision, Image image, bool result) {
+  auto frame = std::make_shared<Frame>();
+  frame->revision = revision;
+  frame->image = std::move(image);
+  frame->result = result;
+  const std::lock_guard lock(mutex_);
+  const std::size_t keep = result ? 1 : kKept - 1;
+  while (frames_.size() > keep) frames_.erase(frames_.begin());
+  frames_.push_back(std::move(frame));
+}
+
+std::shared_ptr<Frames::Frame> Frames::find(std::uint32_t revision) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& frame : frames_) {
+    if (frame->revision == revision) return frame;
+  }
+  return nullptr;
+}
+
+Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format) const {
+  const std::shared_ptr<Frame> frame = find(revision);
+  if (!frame) {
+    return Error{ErrorCode::not_found, "revision " + std::to_string(revision) + " is not kept; ask for latest", ""};
+  }
+  const std::lock_guard lock(frame->encoding);
+  Bytes& bytes = frame->encoded[static_cast<int>(format)];
+  if (!bytes) {
+    Result<std::vector<std::byte>> encoded = encode(frame->image, encoding_of(format, frame->result));
+    if (!encoded) return encoded.error();
+    bytes = std::make_shared<const std::vector<std::byte>>(std::move(*encoded));
+  }
+  return bytes;
+}
+
+std::uint64_t Frames::memory_bytes() const {
+  const std::lock_guard lock(mutex_);
+  std::uint64_t bytes = 0;
+  for (const auto& frame : frames_) bytes += frame->image.pixels.size() * sizeof(Rgb);
+  return bytes;
+}
+
+}  // namespace photond

@@ -1,0 +1,155 @@
+#include "server/jobs/run_job.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+namespace photond {
+
+namespace {
+
+constexpr double kProgressSeconds = 0.5;         // between two progress events
+constexpr std::uint32_t kPassesForEstimate = 8;  // the spread of fewer passes says too little to stop by
+
+template <class T>
+std::optional<T> smaller(const std::optional<T>& a, const std::optional<T>& b) {
+  if (!a || !b) return a ? a : b;
+  return std::min(*a, *b);
+}
+
+}  // namespace
+
+std::optional<double> remaining_seconds(const StopRule& stop, std::uint32_t passes, double seconds,
+                                        const ErrorEstimate& error) {
+  if (passes == 0) return std::nullopt;
+  std::optional<double> left;
+  if (stop.passes) left = (static_cast<double>(*stop.passes) - passes) * seconds / passes;
+  if (stop.seconds) left = smaller(left, std::optional(*stop.seconds - seconds));
+  if (stop.relative_error && error.known && passes >= kPassesForEstimate) {
+    const double ratio = error.relative / *stop.relative_error;
+    left = smaller(left, std::optional(seconds * (ratio * ratio - 1)));  // the error falls with 1/√passes
+  }
+  if (left) left = std::max(0.0, *left);
+  return left;
+}
+
+bool RunJob::step() {
+  const Clock::time_point begin = Clock::now();
+  const double before = compute_seconds_;
+  Status status = Done{};
+  try {
+    status = advance();
+  } catch (const std::exception& failure) {
+    status = Error{ErrorCode::internal, std::string("rendering failed: ") + failure.what(), ""};
+  }
+  if (compute_seconds_ == before) compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
+  if (!status) end_with(status.error());
+  const bool more = !is_terminal(job_->state());
+  if (!more) film_ = Film();
+  return more;
+}
+
+void RunJob::abandon() { end_with(cancelled()); }
+
+void RunJob::end_with(const Error& error) {
+  const auto numbers = [this](JobRecord& record) { put_numbers(record); };
+  if (execution_.cancelled() || job_->state() == JobState::canceling) {
+    if (job_->move(JobState::canceled, numbers)) return;
+  }
+  const auto failure = [&](JobRecord& record) {
+    put_numbers(record);
+    record.failure = error;
+  };
+  // A refusal here means that the job has ended meanwhile, which is all that is wanted.
+  (void)job_->move(JobState::failed, failure).ok();
+}
+
+Status RunJob::advance() {
+  if (execution_.cancelled()) return cancelled();
+  if (!task_) return prepare_task();
+  if (const Status rendered = render_next_pass(); !rendered) return rendered;
+  if (stop_rule_met()) return finish();
+  if (rule_.due(film_.passes, wall_seconds())) return publish(false);
+  return wall_seconds() - told_ >= kProgressSeconds ? tell_progress() : Done{};
+}
+
+Status RunJob::prepare_task() {
+  begin_ = Clock::now();
+  if (const Status moved = job_->move(JobState::preparing); !moved) return moved;
+  const JobSpec& spec = job_->spec();
+  const auto scene = scenes_.prepared(spec.scene, execution_);
+  if (!scene) return scene.error();
+  const Result<Camera> camera = choose_camera((*scene)->scene.cameras, spec.camera);
+  if (!camera) return camera.error();
+  Result<RenderTask> task = make_render_task(*scene, *camera, spec.photons, spec.settings, execution_);
+  if (!task) return task.error();
+  task_ = std::make_shared<const RenderTask>(std::move(*task));
+  film_ = Film(spec.settings.width, spec.settings.height);
+  compute_seconds_ += wall_seconds();
+  return job_->move(JobState::rendering, [&](JobRecord& record) {
+    record.plan = task_->plan;
+    put_numbers(record);
+  });
+}
+
+Status RunJob::render_next_pass() {
+  const Clock::time_point begin = Clock::now();
+  const MapSource source = [this](const MapKey& key, const Execution& execution) {
+    return maps_.get(*task_->scene, key, execution);
+  };
+  const Result<Image> pass = render_pass(*task_, film_.passes, source, execution_);
+  if (!pass) return pass.error();
+  // After a cancel a pass may come back with holes: what was skipped is black.
+  if (execution_.cancelled()) return cancelled();
+  add_pass(film_, *pass);
+  error_ = estimate_error(film_);
+  compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
+  return Done{};
+}
+
+bool RunJob::stop_rule_met() const {
+  const StopRule& stop = job_->spec().stop;
+  if (stop.passes && film_.passes >= *stop.passes) return true;
+  if (stop.seconds && compute_seconds_ >= *stop.seconds) return true;
+  return stop.relative_error && error_.known && film_.passes >= kPassesForEstimate &&
+         error_.relative <= *stop.relative_error;
+}
+
+Status RunJob::finish() {
+  const auto numbers = [this](JobRecord& record) { put_numbers(record); };
+  if (const Status moved = job_->move(JobState::finalizing, numbers); !moved) return moved;
+  if (const Status published = publish(true); !published) return published;
+  return job_->move(JobState::succeeded);
+}
+
+Status RunJob::publish(bool result) {
+  ++revision_;
+  job_->frames.publish(revision_, film_mean(film_), result);
+  told_ = wall_seconds();
+  return job_->note(EventKind::frame, [&](JobRecord& record) {
+    put_numbers(record);
+    record.revision = revision_;
+    if (!record.first_frame_seconds) record.first_frame_seconds = told_;
+    record.series.push_back({revision_, record.passes, record.seconds, record.error});
+  });
+}
+
+Status RunJob::tell_progress() {
+  told_ = wall_seconds();
+  return job_->note(EventKind::progress, [this](JobRecord& record) { put_numbers(record); });
+}
+
+void RunJob::put_numbers(JobRecord& record) const {
+  record.passes = film_.passes;
+  record.seconds = compute_seconds_;
+  if (error_.known) record.error = error_;
+  record.map_hits = maps_.hits();
+  record.map_misses = maps_.misses();
+  record.eta_seconds = remaining_seconds(record.spec.stop, film_.passes, compute_seconds_, error_);
+  // Other jobs take turns: what is left stretches as what is done has been stretched.
+  if (record.eta_seconds && compute_seconds_ > 0) *record.eta_seconds *= std::max(1.0, wall_seconds() / compute_seconds_);
+}
+
+double RunJob::wall_seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
+
+}  // namespace photond

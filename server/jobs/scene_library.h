@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <semaphore>
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/render/plan.h"
+#include "core/scene/report.h"
+#include "core/trace/prepare.h"
+#include "server/jobs/shared_cache.h"
+#include "server/store/store.h"
+
+namespace photond {
+
+/// What is said of a scene: its report, and what would be activated for a picture with default settings.
+struct SceneSummary {
+  SceneReport report;
+  std::vector<Camera> cameras;
+  Plan plan;
+  std::uint64_t memory_bytes = sizeof(SceneSummary);   ///< not exact: bounds how many are kept
+};
+
+/// The scenes the service knows. Files are kept in the store; what is derived from them is made when first
+/// needed, once, and kept within a budget.
+class SceneLibrary {
+ public:
+  using Prepared = std::shared_ptr<const PreparedScene>;
+  using Summary = std::shared_ptr<const SceneSummary>;
+
+  /// `workers` must outlive the library.
+  SceneLibrary(Store& store, const Workers& workers, std::uint64_t cache_bytes)
+      : store_(store), workers_(workers), prepared_(cache_bytes), summaries_(kSummaryBytes) {}
+
+  /// Lists every *.glb of `folder`, named by its file, without parsing it. Errors: io.
+  Status add_samples(const std::string& folder);
+
+  struct Added {
+    SceneRecord scene;
+    bool fresh = false;   ///< not known before
+  };
+  /// Parses, prepares and stores an upload; nothing is stored where that fails. Errors: those of read_gltf and
+  /// read_archive, limit_exceeded of the store, unsupported for other media types, cancelled.
+  Result<Added> add(std::vector<std::byte> bytes, const std::string& media_type, std::stop_token stop);
+
+  /// Errors: not_found, or why the scene cannot be used.
+  Result<Summary> summary(const Digest& id, std::stop_token stop);
+  /// The same errors, and cancelled.
+  Result<Prepared> prepared(const Digest& id, const Execution& execution);
+
+ private:
+  static constexpr std::uint64_t kSummaryBytes = 64 << 20;
+
+  Result<Prepared> prepare_bytes(const Blob& bytes, const std::string& media_type, const Execution& execution);
+  Result<Summary> summarize(const Prepared& scene, const Execution& execution);
+
+  Store& store_;
+  const Workers& workers_;
+  SharedCache<Digest, PreparedScene> prepared_;
+  SharedCache<Digest, SceneSummary> summaries_;
+  std::counting_semaphore<2> parsing_{2};   ///< parsing takes several times the file's size in memory
+};
+
+/// The camera a job asks for. Errors: not_found with `where` "/camera".
+Result<Camera> choose_camera(const std::vector<Camera>& cameras, const CameraChoice& choice);
+
+}  // namespace photond

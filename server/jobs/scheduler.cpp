@@ -1,0 +1,74 @@
+#include "server/jobs/scheduler.h"
+
+#include <algorithm>
+
+#include "core/base/parallel.h"
+
+namespace photond {
+
+void Scheduler::Class::fill() {
+  while (active.size() < kMaxActive && !waiting.empty()) {
+    active.push_back(std::move(waiting.front()));
+    waiting.pop_front();
+  }
+}
+
+bool Scheduler::Class::remove(const std::shared_ptr<Slices>& work) {
+  const bool removed = std::erase(active, work) + std::erase(waiting, work) > 0;
+  fill();
+  return removed;
+}
+
+Scheduler::Scheduler() : thread_([this] { run(); }) {}
+
+Scheduler::~Scheduler() { stop(); }
+
+void Scheduler::submit(std::shared_ptr<Slices> work, Priority priority) {
+  {
+    const std::lock_guard lock(mutex_);
+    Class& mine = classes_[static_cast<int>(priority)];
+    mine.waiting.push_back(std::move(work));
+    mine.fill();
+  }
+  work_.notify_one();
+}
+
+bool Scheduler::withdraw(const std::shared_ptr<Slices>& work) {
+  const std::lock_guard lock(mutex_);
+  return classes_[0].remove(work) || classes_[1].remove(work);
+}
+
+void Scheduler::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  work_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::shared_ptr<Slices> Scheduler::take(Priority& priority) {
+  std::unique_lock lock(mutex_);
+  work_.wait(lock, [&] { return stopping_ || !classes_[0].active.empty() || !classes_[1].active.empty(); });
+  if (stopping_) return nullptr;
+  priority = classes_[0].active.empty() ? Priority::batch : Priority::interactive;
+  std::deque<std::shared_ptr<Slices>>& active = classes_[static_cast<int>(priority)].active;
+  std::shared_ptr<Slices> work = std::move(active.front());
+  active.pop_front();
+  return work;
+}
+
+void Scheduler::run() {
+  // Without this the HTTP threads wait for a time slice whenever all cores render.
+  lower_priority();
+  Priority priority{};
+  while (std::shared_ptr<Slices> work = take(priority)) {
+    const bool more = work->step();
+    const std::lock_guard lock(mutex_);
+    Class& mine = classes_[static_cast<int>(priority)];
+    if (more) mine.active.push_back(std::move(work));
+    mine.fill();
+  }
+}
+
+}  // namespace photond

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "server/store/records.h"
+
+namespace photond {
+
+/// Work that is done in slices; knows nothing of threads.
+class Slices {
+ public:
+  virtual ~Slices() = default;
+  /// Does the next slice; false when nothing is left.
+  virtual bool step() = 0;
+};
+
+/// Gives the render thread to the waiting work slice by slice: interactive before batch, round robin inside a
+/// class, so that jobs share the machine by passes. At most `kMaxActive` of a class take turns, in the order
+/// they came; the rest wait, which bounds the memory of films. Knows nothing of rendering.
+class Scheduler {
+ public:
+  static constexpr std::size_t kMaxActive = 8;
+
+  Scheduler();
+  ~Scheduler();
+  Scheduler(const Scheduler&) = delete;
+  Scheduler& operator=(const Scheduler&) = delete;
+
+  void submit(std::shared_ptr<Slices> work, Priority priority);
+  /// Takes work out of the queue. False where its slice is running at this moment or it is not queued: then a
+  /// running slice must be told to stop by other means.
+  bool withdraw(const std::shared_ptr<Slices>& work);
+  /// Ends the thread after the running slice; what is queued stays undone.
+  void stop();
+
+ private:
+  struct Class {
+    std::deque<std::shared_ptr<Slices>> active;
+    std::deque<std::shared_ptr<Slices>> waiting;
+    void fill();
+    bool remove(const std::shared_ptr<Slices>& work);
+  };
+  void run();
+  std::shared_ptr<Slices> take(Priority& priority);
+
+  std::mutex mutex_;
+  std::condition_variable work_;
+  Class classes_[2];  ///< by Priority
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace photond
