@@ -1,0 +1,46 @@
+#include "server/cli/interrupt.h"
+
+#include <csignal>
+
+#include <pthread.h>
+#include <unistd.h>
+
+namespace photond {
+namespace {
+
+sigset_t watched_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  return set;
+}
+
+}  // namespace
+
+Interrupt::Interrupt() {
+  const sigset_t set = watched_signals();
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  thread_ = std::thread([this] { watch(); });
+}
+
+Interrupt::~Interrupt() {
+  done_ = true;
+  pthread_kill(thread_.native_handle(), SIGTERM);  // wakes sigwait
+  thread_.join();
+}
+
+void Interrupt::wait() const { signal_.wait(0); }
+
+void Interrupt::watch() {
+  const sigset_t set = watched_signals();
+  int signal = 0;
+  while (sigwait(&set, &signal) == 0 && !done_) {
+    if (signal_ != 0) _exit(128 + signal);
+    signal_ = signal;
+    signal_.notify_all();
+    source_.request_stop();
+  }
+}
+
+}  // namespace photond

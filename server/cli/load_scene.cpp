@@ -1,0 +1,68 @@
+#include "server/cli/load_scene.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "server/cli/files.h"
+
+namespace photond {
+namespace {
+
+constexpr std::uint64_t kMaxFileBytes = 4ull << 30;  // a GLB's length field ends there
+
+bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return end == folder.end();
+}
+
+Result<std::filesystem::path> resolve(const std::filesystem::path& folder, const std::string& resource) {
+  const std::filesystem::path relative(resource);
+  const bool climbs = std::find(relative.begin(), relative.end(), "..") != relative.end();
+  if (resource.empty() || relative.is_absolute() || climbs || resource.find('\0') != std::string::npos) {
+    return invalid_input("names a file outside the scene's folder", resource);
+  }
+  std::error_code failure;
+  const auto root = std::filesystem::canonical(folder, failure);
+  if (failure) return Error{ErrorCode::io, failure.message(), folder.string()};
+  // Links are followed before the comparison, so one that leads outside is caught.
+  const auto path = std::filesystem::canonical(root / relative, failure);
+  if (failure) return Error{ErrorCode::not_found, "the resource does not exist", resource};
+  if (!is_inside(path, root)) return invalid_input("leads outside the scene's folder", resource);
+  return path;
+}
+
+}  // namespace
+
+ResourceReader folder_resources(const std::filesystem::path& folder) {
+  return [folder](const std::string& resource) -> Result<std::vector<std::byte>> {
+    const auto path = resolve(folder, resource);
+    if (!path) return path.error();
+    auto bytes = read_file(*path, kMaxFileBytes);
+    if (!bytes) return Error{bytes.error().code, bytes.error().message, resource};
+    return bytes;
+  };
+}
+
+Result<Scene> load_scene(const std::filesystem::path& file) {
+  const auto bytes = read_file(file, kMaxFileBytes);
+  if (!bytes) return bytes.error();
+  const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+  return read_gltf(*bytes, folder_resources(folder));
+}
+
+Result<Camera> find_camera(const Scene& scene, const std::string& text) {
+  if (text.empty()) return scene.cameras.front();
+  std::string known;
+  for (const Camera& camera : scene.cameras) {
+    if (camera.name == text) return camera;
+    known += (known.empty() ? "" : ", ") + ("'" + camera.name + "'");
+  }
+  std::size_t index = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), index);
+  if (failure == std::errc{} && end == text.data() + text.size() && index < scene.cameras.size()) {
+    return scene.cameras[index];
+  }
+  return Error{ErrorCode::not_found, "there is no camera '" + text + "'; there are " + known, {}};
+}
+
+}  // namespace photond

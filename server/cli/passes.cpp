@@ -1,0 +1,87 @@
+#include "server/cli/passes.h"
+
+#include <algorithm>
+#include <bit>
+#include <optional>
+
+#include "server/cli/stopwatch.h"
+
+namespace photond {
+namespace {
+
+/// Builds maps, keeps the last ones (all passes of `photon_map` share theirs) and adds up what they hold.
+class CountingMaps {
+ public:
+  CountingMaps(const PreparedScene& scene, MapStatistics& statistics) : scene_(scene), statistics_(statistics) {}
+
+  Result<std::shared_ptr<const PhotonMaps>> get(const MapKey& key, const Execution& execution) {
+    if (last_ != nullptr && key_ == key) return last_;
+    const Stopwatch watch;
+    last_ = nullptr;  // frees the memory before the next maps need theirs
+    auto maps = build_photon_maps(scene_, key, execution);
+    if (!maps) return maps;
+    last_ = *maps;
+    key_ = key;
+    count(*last_, watch.seconds());
+    return last_;
+  }
+
+ private:
+  void count(const PhotonMaps& maps, double seconds) {
+    MapStatistics& s = statistics_;
+    const double n = static_cast<double>(++s.built);
+    s.emitted += maps.emitted;
+    s.global_photons += maps.global.size();
+    s.caustic_photons += maps.caustic.size();
+    s.rays += maps.rays;
+    s.largest_bytes = std::max(s.largest_bytes, maps.memory_bytes);
+    s.seconds += seconds;
+    const auto mean = [n](double& sum, double value) { sum += (value - sum) / n; };
+    mean(s.ledger.emitted, maps.ledger.emitted);
+    mean(s.ledger.absorbed, maps.ledger.absorbed);
+    mean(s.ledger.escaped, maps.ledger.escaped);
+    mean(s.ledger.truncated, maps.ledger.truncated);
+    mean(s.ledger.rejected, maps.ledger.rejected);
+  }
+
+  const PreparedScene& scene_;
+  MapStatistics& statistics_;
+  MapKey key_;
+  std::shared_ptr<const PhotonMaps> last_;
+};
+
+/// The error is measured after every pass at first and then at every 1/8 of an octave: a fixed set of passes, so
+/// that where a rendering stops does not depend on the clock, and cheap for fast passes.
+bool is_measured(std::uint32_t passes) { return passes % std::max(1u, std::bit_floor(passes) / 8) == 0; }
+
+}  // namespace
+
+Result<Rendering> render_passes(const RenderTask& task, const StopRule& stop, const Execution& execution,
+                                ProgressBar& bar) {
+  const Stopwatch watch;
+  Rendering rendering{.film = Film(task.settings.width, task.settings.height)};
+  CountingMaps counting(*task.scene, rendering.maps);
+  const MapSource maps = [&](const MapKey& key, const Execution& e) { return counting.get(key, e); };
+  Progress progress;
+  bar.update(stop, progress);
+  while (rendering.stopped_by.empty()) {
+    const auto image = render_pass(task, progress.passes, maps, execution);
+    if (execution.cancelled()) {
+      rendering.stopped_by = "interrupt";
+      break;
+    }
+    if (!image) return image.error();
+    add_pass(rendering.film, *image);
+    progress.passes = rendering.film.passes;
+    const bool measured = is_measured(progress.passes);
+    if (measured) progress.error = estimate_error(rendering.film);
+    progress.seconds = watch.seconds();
+    if (measured) rendering.series.push_back(progress);
+    if (const char* rule = reached(stop, progress)) rendering.stopped_by = rule;
+    bar.update(stop, progress);
+  }
+  rendering.seconds = watch.seconds();
+  return rendering;
+}
+
+}  // namespace photond

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "core/film/film.h"
+#include "core/render/settings.h"
+
+namespace photond {
+
+/// How far a rendering is.
+struct Progress {
+  std::uint32_t passes = 0;
+  double seconds = 0;      ///< of rendering
+  ErrorEstimate error;     ///< of an earlier pass where the last one was not measured
+};
+
+/// The member of StopRule that ends the rendering now ("passes", "seconds", "relative_error"), or null.
+const char* reached(const StopRule& stop, const Progress& progress);
+
+/// Estimated seconds until the rule is met, the error falling with the square root of time; nothing where that
+/// cannot be told yet.
+std::optional<double> seconds_left(const StopRule& stop, const Progress& progress);
+
+/// One line such as `[#####-----]  51 %  pass 33  12.4 s  error 0.0312  ETA 12 s`, at most `columns` long.
+std::string progress_line(const StopRule& stop, const Progress& progress, int columns);
+
+/// "3.2 s", "4:07 min", "2:05 h".
+std::string duration_text(double seconds);
+
+/// Repaints a line on stderr while something long runs. Silent where stderr is no terminal.
+class ProgressBar {
+ public:
+  ProgressBar();
+  ~ProgressBar();   ///< erases the line
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// Shows a stage that has no measure: "loading", "preparing".
+  void stage(const std::string& name);
+  /// Shows the rendering; between two calls the seconds go on by themselves.
+  void update(const StopRule& stop, const Progress& progress);
+
+ private:
+  void run(const std::stop_token& stop);
+  std::string line() const;
+
+  const bool terminal_;
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::string stage_;
+  StopRule stop_;
+  std::optional<Progress> progress_;
+  double updated_ = 0;     // seconds of the steady clock at the last update
+  std::jthread thread_;    // last: it uses all of the above
+};
+
+}  // namespace photond
