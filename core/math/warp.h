@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cmath>
+
+#include "core/math/types.h"
+
+namespace photond {
+
+/// Uniform on the unit disk, area-preserving and continuous [Shirley and Chiu 1997]; density 1/π.
+inline Vec2 square_to_disk(const Vec2& u) {
+  const Vec2 v = 2.0f * u - 1.0f;
+  if (v.x == 0 && v.y == 0) return {0, 0};
+  const bool wide = std::abs(v.x) > std::abs(v.y);
+  const float r = wide ? v.x : v.y;
+  const float phi = wide ? (kPi / 4) * (v.y / v.x) : kPi / 2 - (kPi / 4) * (v.x / v.y);
+  return {r * std::cos(phi), r * std::sin(phi)};
+}
+
+/// Cosine-distributed on the hemisphere z ≥ 0.
+inline Vec3 square_to_cosine_hemisphere(const Vec2& u) {
+  const Vec2 d = square_to_disk(u);
+  return {d.x, d.y, std::sqrt(std::max(0.0f, 1 - d.x * d.x - d.y * d.y))};
+}
+/// Its density per solid angle.
+inline float square_to_cosine_hemisphere_pdf(const Vec3& w) { return w.z > 0 ? w.z * kInvPi : 0; }
+
+/// Uniform on the unit sphere; density 1/(4π) per solid angle.
+inline Vec3 square_to_sphere(const Vec2& u) {
+  const float z = 1 - 2 * u.x;
+  const float r = std::sqrt(std::max(0.0f, 1 - z * z));
+  const float phi = 2 * kPi * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+inline constexpr float kSpherePdf = 1 / (4 * kPi);
+
+/// Uniform in the cone around +z with the given cosine of its half angle.
+inline Vec3 square_to_cone(const Vec2& u, float cos_max) {
+  // 1 − cos θ keeps its relative precision for narrow cones.
+  const float h = u.x * (1 - cos_max);
+  const float r = std::sqrt(std::max(0.0f, h * (2 - h)));
+  const float phi = 2 * kPi * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), 1 - h};
+}
+/// Its density per solid angle inside the cone.
+inline float square_to_cone_pdf(float cos_max) { return 1 / (2 * kPi * (1 - cos_max)); }
+
+/// Uniform on a triangle: the weights of its second and third vertex; density 1/area.
+inline Vec2 square_to_triangle(const Vec2& u) {
+  const float root = std::sqrt(u.x);
+  return {root * (1 - u.y), root * u.y};
+}
+
+}  // namespace photond

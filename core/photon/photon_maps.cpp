@@ -1,0 +1,63 @@
+#include "core/photon/photon_maps.h"
+
+#include "core/photon/shoot.h"
+
+namespace photond {
+
+namespace {
+
+// Paths of one task; the blocks are joined in order, whoever computed them.
+constexpr std::uint64_t kBlock = 2048;
+
+void add(EnergyLedger& sum, const EnergyLedger& part) {
+  sum.emitted += part.emitted;
+  sum.absorbed += part.absorbed;
+  sum.escaped += part.escaped;
+  sum.truncated += part.truncated;
+  sum.rejected += part.rejected;
+}
+
+void scale(EnergyLedger& ledger, double factor) {
+  for (double* part : {&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.truncated, &ledger.rejected}) {
+    *part *= factor;
+  }
+}
+
+std::vector<Photon> join(std::vector<PhotonBlock>& blocks, std::vector<Photon> PhotonBlock::*part) {
+  std::size_t count = 0;
+  for (const PhotonBlock& block : blocks) count += (block.*part).size();
+  std::vector<Photon> photons;
+  photons.reserve(count);
+  for (PhotonBlock& block : blocks) {
+    photons.insert(photons.end(), (block.*part).begin(), (block.*part).end());
+    block.*part = {};
+  }
+  return photons;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene& scene, const MapKey& key,
+                                                            const Execution& execution) {
+  const std::uint64_t paths = key.settings.photons_per_pass;
+  std::vector<PhotonBlock> blocks((paths + kBlock - 1) / kBlock);
+  parallel_for(execution, blocks.size(), 1, [&](std::size_t i) {
+    blocks[i] = shoot(scene, key, i * kBlock, std::min(paths, (i + 1) * kBlock));
+  });
+  if (execution.cancelled()) return cancelled();
+
+  auto maps = std::make_shared<PhotonMaps>();
+  maps->emitted = key.settings.photons_per_pass;
+  for (const PhotonBlock& block : blocks) {
+    add(maps->ledger, block.ledger);
+    maps->rays += block.rays;
+  }
+  scale(maps->ledger, 1 / static_cast<double>(paths));
+  maps->global = PhotonMap(join(blocks, &PhotonBlock::global), execution);
+  maps->caustic = PhotonMap(join(blocks, &PhotonBlock::caustic), execution);
+  if (execution.cancelled()) return cancelled();
+  maps->memory_bytes = maps->global.memory_bytes() + maps->caustic.memory_bytes();
+  return std::shared_ptr<const PhotonMaps>(std::move(maps));
+}
+
+}  // namespace photond

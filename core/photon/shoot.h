@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/photon/photon_maps.h"
+#include "core/trace/bsdf.h"
+
+namespace photond {
+
+/// From this GGX α upwards a reflection lobe takes part in photon density estimation; below it the path is followed
+/// on both sides. Any value gives the same limit: the lobes are split, not the light.
+inline constexpr float kGatherAlpha = 0.25f;
+
+/// The lobes at which photons are gathered.
+inline LobeMask gathered_lobes(const Bsdf& bsdf) {
+  LobeMask mask = kDiffuseLobe;
+  if (bsdf.alpha() >= kGatherAlpha) mask |= kReflectionLobe;
+  return mask & bsdf.lobes();
+}
+
+/// What a range of emitted paths leaves behind.
+struct PhotonBlock {
+  std::vector<Photon> global;
+  std::vector<Photon> caustic;
+  EnergyLedger ledger;          ///< not yet divided by the number of emitted paths
+  std::uint64_t rays = 0;
+};
+
+/// Vertices after which a photon path is cut and counted as truncated.
+inline constexpr std::uint32_t kMaxPhotonDepth = 65'536;
+
+/// Traces the emitted paths [first, last) of a pass. A pure function of its arguments. Every traced ray is
+/// appended to `record` where that is given.
+PhotonBlock shoot(const PreparedScene& scene, const MapKey& key, std::uint64_t first, std::uint64_t last,
+                  std::vector<Ray>* record = nullptr);
+
+}  // namespace photond

@@ -1,0 +1,92 @@
+#include "core/render/plan.h"
+
+#include <algorithm>
+
+#include "core/trace/medium.h"
+
+namespace photond {
+
+namespace {
+
+// From this roughness on a highlight is too wide to be a caustic that only photons find.
+constexpr float kCasterRoughness = 0.5f;
+
+struct Features {
+  std::string caster;           // name of the first material that bundles light, with the reason
+  bool absorption = false;
+  bool alpha = false;
+  bool rough_gather = false;
+  bool bounded_light = false;   // any light but the environment
+};
+
+std::string label(const Material& material) {
+  return material.name.empty() ? "an unnamed material" : "material '" + material.name + "'";
+}
+
+void note_material(const Material& m, Features& features) {
+  if (features.caster.empty()) {
+    if (m.transmission > 0) {
+      features.caster = label(m) + " transmits light";
+    } else if (m.metallic >= 0.5f && m.roughness < kCasterRoughness) {
+      features.caster = label(m) + " is a polished metal";
+    }
+  }
+  features.absorption = features.absorption || (m.transmission > 0 && Medium::absorbs(m));
+  features.alpha = features.alpha || m.alpha_mode != AlphaMode::opaque;
+  features.bounded_light = features.bounded_light || m.emissive();
+}
+
+Features find_features(const Scene& scene) {
+  Features features;
+  features.bounded_light = !scene.lights.empty();
+  std::vector<bool> seen(scene.materials.size(), false);
+  for (const Instance& instance : scene.instances) {
+    const std::uint32_t material = scene.meshes[instance.mesh].material;
+    if (!seen[material]) note_material(scene.materials[material], features);
+    seen[material] = true;
+  }
+  return features;
+}
+
+PlanItem choose_method(const Features& features, Method& method) {
+  if (method != Method::automatic) return {"method", true, std::string(method_name(method)) + ": as asked"};
+  if (features.caster.empty()) {
+    method = Method::path;
+    return {"method", true, "path: no glass, water or polished metal bundles light, so paths from the camera find it"};
+  }
+  if (!features.bounded_light) {
+    method = Method::path;
+    return {"method", true, "path: all light comes from the environment, which paths find through any glass"};
+  }
+  method = Method::progressive;
+  return {"method", true, "progressive: " + features.caster + ", and photons find the light behind it"};
+}
+
+}  // namespace
+
+Result<Plan> make_plan(const PreparedScene& scene, const PhotonSettings&, const RenderSettings& settings,
+                       const Execution& execution) {
+  if (execution.cancelled()) return cancelled();
+  const Features features = find_features(scene.scene);
+  Plan plan;
+  plan.method = settings.method;
+  plan.items.push_back(choose_method(features, plan.method));
+  plan.biased = plan.method == Method::photon_map;
+  plan.uses_maps = plan.method != Method::path;
+
+  const bool caustics = plan.uses_maps && !features.caster.empty();
+  plan.items.push_back({"caustic_map", caustics,
+                        features.caster.empty() ? "no material bundles light"
+                        : plan.uses_maps        ? features.caster
+                                                : "the method stores no photons"});
+  plan.items.push_back({"volume_absorption", features.absorption,
+                        features.absorption ? "a transmitting volume has an attenuation colour"
+                                            : "no volume absorbs light"});
+  plan.items.push_back({"alpha_test", features.alpha,
+                        features.alpha ? "a material is masked or blended" : "every material is opaque"});
+  const bool environment = scene.scene.environment.active();
+  plan.items.push_back({"environment", environment, environment ? "the scene is lit from around" : "no environment"});
+  return plan;
+}
+
+}  // namespace photond

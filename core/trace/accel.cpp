@@ -1,0 +1,249 @@
+// The one file that sees Embree; compiles against 3.13 (Debian 12) and 4 (Debian 13).
+#include "core/trace/accel.h"
+
+#include <atomic>
+#include <bit>
+#include <string>
+#include <vector>
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include "core/math/rng.h"
+#include "core/scene/texture.h"
+
+namespace photond {
+
+namespace {
+
+// What an alpha test needs to know of a geometry; lives as long as the accelerator.
+struct AlphaMesh {
+  const Scene* scene;
+  const Mesh* mesh;
+  const Material* material;
+};
+
+Vec2 interpolate_uv(const Mesh& mesh, const TextureSlot& slot, const glm::uvec3& triangle, float u, float v) {
+  const auto& uv = mesh.uv[slot.uv_set];
+  if (uv.empty()) return {0, 0};
+  const Vec2 st = (1 - u - v) * uv[triangle.x] + u * uv[triangle.y] + v * uv[triangle.z];
+  return slot.uv_transform * Vec3(st, 1);
+}
+
+// Coverage of the surface at a hit, in [0, 1].
+float alpha_at(const AlphaMesh& alpha, std::uint32_t primitive, float u, float v) {
+  const Mesh& mesh = *alpha.mesh;
+  const glm::uvec3 triangle = mesh.triangles[primitive];
+  float value = alpha.material->alpha;
+  if (!mesh.colors.empty()) {
+    value *= (1 - u - v) * mesh.colors[triangle.x].w + u * mesh.colors[triangle.y].w + v * mesh.colors[triangle.z].w;
+  }
+  const TextureSlot& slot = alpha.material->base_color_texture;
+  if (slot.used()) {
+    const Texture& texture = alpha.scene->textures[slot.texture];
+    value *= sample_texture(*alpha.scene, texture, interpolate_uv(mesh, slot, triangle, u, v)).w;
+  }
+  return value;
+}
+
+// Blended surfaces cover a fraction of the hits: the test is against a hash of the hit's own bits, which is
+// uniform over random rays and needs no state, so that results depend on nothing but the ray.
+float hash_threshold(std::uint32_t primitive, float u, float v) {
+  const std::uint64_t bits = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(u)) << 32 |
+                             std::bit_cast<std::uint32_t>(v);
+  return static_cast<float>(mix64(bits + primitive * 0x9e3779b97f4a7c15ULL) >> 40) * 0x1p-24f;
+}
+
+void reject_transparent(const RTCFilterFunctionNArguments* args) {
+  const auto& alpha = *static_cast<const AlphaMesh*>(args->geometryUserPtr);
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (args->valid[i] == 0) continue;
+    const std::uint32_t primitive = RTCHitN_primID(args->hit, args->N, i);
+    const float u = RTCHitN_u(args->hit, args->N, i);
+    const float v = RTCHitN_v(args->hit, args->N, i);
+    const float threshold = alpha.material->alpha_mode == AlphaMode::mask ? alpha.material->alpha_cutoff
+                                                                          : hash_threshold(primitive, u, v);
+    const float value = alpha_at(alpha, primitive, u, v);
+    // glTF: a mask shows where alpha ≥ cutoff; a blend of alpha 0 must never show.
+    const bool shown = alpha.material->alpha_mode == AlphaMode::mask ? value >= threshold : value > threshold;
+    if (!shown) args->valid[i] = 0;
+  }
+}
+
+bool is_identity(const Affine& m) { return m == Affine(1); }
+
+struct DeviceDeleter {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+};
+struct SceneDeleter {
+  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+};
+
+using DevicePtr = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceDeleter>;
+using ScenePtr = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneDeleter>;
+
+bool count_memory(void* bytes, ssize_t change, bool) {
+  *static_cast<std::atomic<std::int64_t>*>(bytes) += change;
+  return true;
+}
+
+RTCRay make_ray(const Vec3& origin, const Vec3& direction, float t_max) {
+  RTCRay ray;
+  ray.org_x = origin.x;
+  ray.org_y = origin.y;
+  ray.org_z = origin.z;
+  ray.tnear = 0;
+  ray.dir_x = direction.x;
+  ray.dir_y = direction.y;
+  ray.dir_z = direction.z;
+  ray.time = 0;
+  ray.tfar = t_max;
+  ray.mask = 0xffffffff;
+  ray.id = 0;
+  ray.flags = 0;
+  return ray;
+}
+
+bool occluded_by(RTCScene scene, RTCRay ray) {
+#if RTC_VERSION_MAJOR >= 4
+  rtcOccluded1(scene, &ray);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, &ray);
+#endif
+  return ray.tfar < 0;
+}
+
+}  // namespace
+
+struct Accel::State {
+  std::atomic<std::int64_t> bytes{0};  // before the device, which reports to it until it is gone
+  std::vector<AlphaMesh> alpha_meshes;
+  DevicePtr device;
+  std::vector<ScenePtr> mesh_scenes;
+  ScenePtr top;
+
+  Status check(const char* what) const;
+  RTCGeometry triangles(const Scene& scene, const Mesh& mesh);
+  void add_instance(const Scene& scene, std::uint32_t index, bool shared);
+  RTCScene mesh_scene(const Scene& scene, std::uint32_t mesh);
+};
+
+Status Accel::State::check(const char* what) const {
+  const RTCError code = rtcGetDeviceError(device.get());
+  if (code == RTC_ERROR_NONE) return Done{};
+  const ErrorCode kind = code == RTC_ERROR_OUT_OF_MEMORY ? ErrorCode::limit_exceeded : ErrorCode::internal;
+  return Error{kind, std::string("Embree failed while ") + what + " (error " + std::to_string(code) + ")", {}};
+}
+
+RTCGeometry Accel::State::triangles(const Scene& scene, const Mesh& mesh) {
+  RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  // Embree reads vertices 16 bytes at a time, past the end of a tight array: it keeps its own padded copy.
+  void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3),
+                                           mesh.positions.size());
+  if (vertices != nullptr) std::copy(mesh.positions.begin(), mesh.positions.end(), static_cast<Vec3*>(vertices));
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
+                             sizeof(glm::uvec3), mesh.triangles.size());
+  const Material& material = scene.materials[mesh.material];
+  if (material.alpha_mode != AlphaMode::opaque) {
+    alpha_meshes.push_back({&scene, &mesh, &material});
+    rtcSetGeometryUserData(geometry, &alpha_meshes.back());
+    rtcSetGeometryIntersectFilterFunction(geometry, reject_transparent);
+    rtcSetGeometryOccludedFilterFunction(geometry, reject_transparent);
+  }
+  rtcCommitGeometry(geometry);
+  return geometry;
+}
+
+RTCScene Accel::State::mesh_scene(const Scene& scene, std::uint32_t mesh) {
+  if (mesh_scenes[mesh] == nullptr) {
+    mesh_scenes[mesh].reset(rtcNewScene(device.get()));
+    rtcSetSceneFlags(mesh_scenes[mesh].get(), RTC_SCENE_FLAG_ROBUST);
+    RTCGeometry geometry = triangles(scene, scene.meshes[mesh]);
+    rtcAttachGeometry(mesh_scenes[mesh].get(), geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(mesh_scenes[mesh].get());
+  }
+  return mesh_scenes[mesh].get();
+}
+
+void Accel::State::add_instance(const Scene& scene, std::uint32_t index, bool shared) {
+  const Instance& instance = scene.instances[index];
+  RTCGeometry geometry = nullptr;
+  if (!shared && is_identity(instance.to_world)) {
+    geometry = triangles(scene, scene.meshes[instance.mesh]);
+  } else {
+    geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, mesh_scene(scene, instance.mesh));
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, &instance.to_world);
+    rtcCommitGeometry(geometry);
+  }
+  rtcAttachGeometryByID(top.get(), geometry, index);
+  rtcReleaseGeometry(geometry);
+}
+
+Accel::Accel() : state_(std::make_unique<State>()) {}
+Accel::~Accel() = default;
+Accel::Accel(Accel&&) noexcept = default;
+Accel& Accel::operator=(Accel&&) noexcept = default;
+
+Result<Accel> Accel::build(const Scene& scene) {
+  Accel accel;
+  State& state = *accel.state_;
+  // Nobody sets flush-to-zero here: Embree's only wish for it is speed with denormals.
+  state.device.reset(rtcNewDevice(nullptr));
+  if (state.device == nullptr) return Error{ErrorCode::internal, "Embree does not run on this machine", {}};
+  rtcSetDeviceMemoryMonitorFunction(state.device.get(), count_memory, &state.bytes);
+
+  std::vector<std::uint32_t> uses(scene.meshes.size(), 0);
+  for (const Instance& instance : scene.instances) ++uses[instance.mesh];
+  state.mesh_scenes.resize(scene.meshes.size());
+  state.alpha_meshes.reserve(scene.meshes.size());  // geometries point into it
+  state.top.reset(rtcNewScene(state.device.get()));
+  rtcSetSceneFlags(state.top.get(), RTC_SCENE_FLAG_ROBUST);
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    state.add_instance(scene, i, uses[scene.instances[i].mesh] > 1);
+  }
+  rtcCommitScene(state.top.get());
+  if (Status status = state.check("building the scene"); !status) return status.error();
+  return accel;
+}
+
+Hit Accel::intersect(const Ray& ray) const {
+  RTCRayHit query;
+  query.ray = make_ray(ray.origin, ray.direction, ray.t_max);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+  rtcIntersect1(state_->top.get(), &query);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(state_->top.get(), &context, &query);
+#endif
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  const bool instanced = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
+  return {query.ray.tfar, query.hit.u, query.hit.v, query.hit.primID,
+          instanced ? query.hit.instID[0] : query.hit.geomID};
+}
+
+bool Accel::occluded(const Vec3& from, const Vec3& to) const {
+  return occluded_by(state_->top.get(), make_ray(from, to - from, 1));
+}
+
+bool Accel::occluded(const Ray& ray) const {
+  return occluded_by(state_->top.get(), make_ray(ray.origin, ray.direction, ray.t_max));
+}
+
+std::uint64_t Accel::memory_bytes() const {
+  const std::int64_t bytes = state_->bytes;
+  return bytes > 0 ? static_cast<std::uint64_t>(bytes) : 0;
+}
+
+std::string embree_version() { return RTC_VERSION_STRING; }
+
+}  // namespace photond

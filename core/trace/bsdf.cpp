@@ -1,0 +1,288 @@
+// glTF 2.0 appendix B; KHR_materials_specular, _transmission, _volume, _ior.
+// Walter et al. 2007: rough refraction. Heitz 2018: visible normals. Kelemen and Szirmay-Kalos 2001: layering.
+#include "core/trace/bsdf.h"
+
+#include <cmath>
+
+#include "core/math/warp.h"
+#include "core/trace/layer.h"
+#include "core/trace/microfacet.h"
+
+namespace photond {
+
+namespace {
+
+float mean(const Rgb& c) { return (c.x + c.y + c.z) / 3; }
+
+int lobe_index(LobeMask lobe) { return lobe == kDiffuseLobe ? 0 : lobe == kReflectionLobe ? 1 : 2; }
+
+Vec3 mirror_z(const Vec3& w) { return {w.x, w.y, -w.z}; }
+
+// The material at one point, textures applied.
+struct MaterialPoint {
+  Rgb base_color;
+  float metallic;
+  float roughness;
+  float specular;
+  Rgb specular_color;
+  float transmission;
+};
+
+MaterialPoint evaluate(const Scene& scene, const SurfacePoint& s) {
+  const Material& m = *s.material;
+  MaterialPoint p{m.base_color, m.metallic, m.roughness, m.specular, m.specular_color, m.transmission};
+  if (!s.mesh->colors.empty()) {
+    const auto& c = s.mesh->colors;
+    p.base_color *= Rgb((1 - s.u - s.v) * c[s.vertices.x] + s.u * c[s.vertices.y] + s.v * c[s.vertices.z]);
+  }
+  if (m.base_color_texture.used()) p.base_color *= Rgb(lookup(scene, m.base_color_texture, s));
+  if (m.metallic_roughness_texture.used()) {
+    const Vec4 texel = lookup(scene, m.metallic_roughness_texture, s);
+    p.roughness *= texel.y;
+    p.metallic *= texel.z;
+  }
+  if (m.specular_texture.used()) p.specular *= lookup(scene, m.specular_texture, s).w;
+  if (m.specular_color_texture.used()) p.specular_color *= Rgb(lookup(scene, m.specular_color_texture, s));
+  if (m.transmission_texture.used()) p.transmission *= lookup(scene, m.transmission_texture, s).x;
+  return p;
+}
+
+float normal_reflectance(float ior) {
+  if (ior == 0) return 1;  // KHR_materials_ior: 0 stands for an infinite index
+  const float r = (ior - 1) / (ior + 1);
+  return r * r;
+}
+
+}  // namespace
+
+Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
+    : frame_(surface.ns), ng_(surface.ng), wo_(frame_.to_local(wo)) {
+  wo_.z = std::max(wo_.z, 1e-4f);
+  const MaterialPoint p = evaluate(scene, surface);
+  const Material& material = *surface.material;
+  alpha_ = p.roughness * p.roughness;
+  const float dielectric = 1 - p.metallic;
+  const float opaque = dielectric * (1 - p.transmission);
+  diffuse_ = opaque * p.base_color;
+
+  const Rgb layer_f0 = glm::min(normal_reflectance(material.ior) * p.specular_color, Rgb(1)) * p.specular;
+  f0_ = p.metallic * p.base_color + opaque * layer_f0;
+  f90_ = Rgb(p.metallic + opaque * p.specular);
+  glass_weight_ = dielectric * p.transmission;
+  if (glass_weight_ > 0) {
+    glass_tint_ = p.base_color;
+    glass_specular_ = glm::min(p.specular * p.specular_color, Rgb(1));
+    thin_ = material.thin_walled;
+    const float ior = material.ior == 0 ? 1e6f : material.ior;
+    eta_ = thin_ || surface.front ? ior : 1 / ior;
+  }
+
+  if (!is_black(diffuse_)) lobes_ |= kDiffuseLobe;
+  if (!is_black(f90_) || !is_black(f0_)) lobes_ |= kReflectionLobe;
+  if (glass_weight_ > 0) lobes_ |= kGlassLobe;
+  if ((lobes_ & kDiffuseLobe) != 0 && p.specular > 0) set_layer(layer_f0, p.specular);
+  set_selection(glass_weight_);
+}
+
+void Bsdf::set_layer(const Rgb& f0, float f90) {
+  layer_f0_ = max_component(f0);
+  layer_f90_ = f90;
+  const LayerAlbedo average = layer_albedo_average(alpha_);
+  const float mean_albedo = layer_f0_ * average.a + layer_f90_ * average.b;
+  // A perfectly reflecting layer hides its base altogether.
+  layer_out_ = mean_albedo < 1 ? 1 / (1 - mean_albedo) : 0;
+  layer_out_ *= layer_scale(wo_.z);
+}
+
+float Bsdf::layer_scale(float cos_i) const {
+  if (layer_f0_ == 0 && layer_f90_ == 0) return 1;
+  const LayerAlbedo e = layer_albedo(cos_i, alpha_);
+  return std::max(0.0f, 1 - (layer_f0_ * e.a + layer_f90_ * e.b));
+}
+
+void Bsdf::set_selection(float transmission_weight) {
+  if ((lobes_ & kDiffuseLobe) != 0) {
+    const float through = layer_f90_ > 0 || layer_f0_ > 0 ? layer_scale(wo_.z) : 1;
+    select_[0] = mean(diffuse_) * through;
+  }
+  if ((lobes_ & kReflectionLobe) != 0) {
+    select_[1] = mean(reflection_fresnel(wo_.z));
+  }
+  select_[2] = transmission_weight;
+}
+
+float Bsdf::selection(LobeMask lobe, LobeMask mask) const {
+  float sum = 0;
+  for (const LobeMask l : {kDiffuseLobe, kReflectionLobe, kGlassLobe}) {
+    if ((mask & l) != 0) sum += select_[lobe_index(l)];
+  }
+  return sum > 0 ? select_[lobe_index(lobe)] / sum : 0;
+}
+
+// Reflected directions must be above both horizons, transmitted ones below both.
+bool Bsdf::same_side(const Vec3& wi_local, const Vec3& wi) const { return wi_local.z * glm::dot(wi, ng_) > 0; }
+
+Rgb Bsdf::reflection_fresnel(float cos_h) const { return f0_ + (f90_ - f0_) * schlick_weight(cos_h); }
+
+Rgb Bsdf::eval_reflection(const Vec3& wi) const {
+  const Vec3 sum = wo_ + wi;
+  const float length = glm::length(sum);
+  if (wi.z <= 0 || !(length > 0)) return Rgb(0);
+  const Vec3 h = sum / length;
+  const float common = ggx_d(h, alpha_) * ggx_g2(wo_, wi, alpha_) / (4 * wo_.z * wi.z);
+  return common * reflection_fresnel(glm::dot(wo_, h));
+}
+
+float Bsdf::glass_reflectance(float cos_h, float& cos_t) const { return fresnel_dielectric(cos_h, eta_, cos_t); }
+
+Rgb Bsdf::eval_glass(const Vec3& wi, Transport transport) const {
+  if (wi.z == 0) return Rgb(0);
+  float cos_t = 0;
+  if (wi.z > 0 || thin_) {
+    const Vec3 reflected = wi.z > 0 ? wi : mirror_z(wi);
+    const Vec3 h = glm::normalize(wo_ + reflected);
+    const float fresnel = glass_reflectance(glm::dot(wo_, h), cos_t);
+    const float common = ggx_d(h, alpha_) * ggx_g2(wo_, reflected, alpha_) / (4 * wo_.z * reflected.z);
+    const Rgb part = wi.z > 0 ? glass_specular_ * fresnel : glass_tint_ * (1 - max_component(glass_specular_) * fresnel);
+    return glass_weight_ * common * part;
+  }
+  Vec3 h = wo_ + eta_ * wi;
+  const float length = glm::length(h);
+  if (!(length > 0)) return Rgb(0);
+  h /= h.z < 0 ? -length : length;
+  const float cos_o = glm::dot(wo_, h);
+  const float cos_i = glm::dot(wi, h);
+  if (cos_o <= 0 || cos_i >= 0) return Rgb(0);
+  const float fresnel = glass_reflectance(cos_o, cos_t);
+  if (cos_t == 0) return Rgb(0);
+  const float denominator = cos_o + eta_ * cos_i;
+  // Walter et al. eq. 21 for radiance; flux is not compressed by the index.
+  float f = ggx_d(h, alpha_) * ggx_g2(wo_, wi, alpha_) * std::abs(cos_o * cos_i / (wo_.z * wi.z)) /
+            (denominator * denominator);
+  if (transport == Transport::flux) f *= eta_ * eta_;
+  return glass_weight_ * f * glass_tint_ * (1 - max_component(glass_specular_) * fresnel);
+}
+
+float Bsdf::pdf_glass(const Vec3& wi) const {
+  if (wi.z == 0) return 0;
+  float cos_t = 0;
+  if (wi.z > 0 || thin_) {
+    const Vec3 reflected = wi.z > 0 ? wi : mirror_z(wi);
+    const Vec3 h = glm::normalize(wo_ + reflected);
+    const float cos_h = glm::dot(wo_, h);
+    const float fresnel = glass_reflectance(cos_h, cos_t);
+    return (wi.z > 0 ? fresnel : 1 - fresnel) * ggx_visible_pdf(wo_, h, alpha_) / (4 * cos_h);
+  }
+  Vec3 h = wo_ + eta_ * wi;
+  const float length = glm::length(h);
+  if (!(length > 0)) return 0;
+  h /= h.z < 0 ? -length : length;
+  const float cos_o = glm::dot(wo_, h);
+  const float cos_i = glm::dot(wi, h);
+  if (cos_o <= 0 || cos_i >= 0) return 0;
+  const float fresnel = glass_reflectance(cos_o, cos_t);
+  const float denominator = cos_o + eta_ * cos_i;
+  return (1 - fresnel) * ggx_visible_pdf(wo_, h, alpha_) * eta_ * eta_ * std::abs(cos_i) / (denominator * denominator);
+}
+
+Rgb Bsdf::eval(const Vec3& wi_world, LobeMask mask, Transport transport) const {
+  mask &= lobes_ & ~delta_lobes();
+  const Vec3 wi = frame_.to_local(wi_world);
+  if (mask == kNoLobe || !same_side(wi, wi_world)) return Rgb(0);
+  Rgb f(0);
+  if ((mask & kDiffuseLobe) != 0 && wi.z > 0) f += diffuse_ * (kInvPi * layer_out_ * layer_scale(wi.z));
+  if ((mask & kReflectionLobe) != 0 && wi.z > 0) f += eval_reflection(wi);
+  if ((mask & kGlassLobe) != 0) f += eval_glass(wi, transport);
+  return f;
+}
+
+float Bsdf::pdf(const Vec3& wi_world, LobeMask mask) const {
+  mask &= lobes_;
+  const LobeMask spread = mask & ~delta_lobes();
+  const Vec3 wi = frame_.to_local(wi_world);
+  float pdf = 0;
+  if ((spread & kDiffuseLobe) != 0) pdf += selection(kDiffuseLobe, mask) * square_to_cosine_hemisphere_pdf(wi);
+  if ((spread & kReflectionLobe) != 0 && wi.z > 0) {
+    const Vec3 h = glm::normalize(wo_ + wi);
+    pdf += selection(kReflectionLobe, mask) * ggx_visible_pdf(wo_, h, alpha_) / (4 * glm::dot(wo_, h));
+  }
+  if ((spread & kGlassLobe) != 0) pdf += selection(kGlassLobe, mask) * pdf_glass(wi);
+  return pdf;
+}
+
+std::optional<BsdfSample> Bsdf::sample(const Vec3& u, LobeMask mask, Transport transport) const {
+  mask &= lobes_;
+  float choice = u.z;
+  for (const LobeMask lobe : {kDiffuseLobe, kReflectionLobe, kGlassLobe}) {
+    if ((mask & lobe) == 0) continue;
+    const float p = selection(lobe, mask);
+    // The last lobe of the mask takes what rounding leaves.
+    if (choice >= p && (mask & ~((lobe << 1) - 1)) != 0) {
+      choice -= p;
+      continue;
+    }
+    if (p <= 0) return std::nullopt;
+    if (lobe == kDiffuseLobe) return sample_diffuse(Vec2(u), mask, transport);
+    if (lobe == kReflectionLobe) return sample_reflection(Vec2(u), mask, transport);
+    return sample_glass(Vec2(u), std::min(choice / p, 0x1.fffffep-1f), mask, transport);
+  }
+  return std::nullopt;
+}
+
+std::optional<BsdfSample> Bsdf::sample_diffuse(const Vec2& u, LobeMask mask, Transport transport) const {
+  const Vec3 wi = square_to_cosine_hemisphere(u);
+  if (mask != kDiffuseLobe) return finish(wi, kDiffuseLobe, mask, transport);
+  // The common case, alone and without division: f·cos/pdf is the albedo.
+  const Vec3 world = frame_.to_world(wi);
+  if (!(wi.z > 0) || !(glm::dot(world, ng_) > 0)) return std::nullopt;
+  const Rgb weight = diffuse_ * (layer_out_ * layer_scale(wi.z));
+  return BsdfSample{world, weight, wi.z * kInvPi, kDiffuseLobe, false, false};
+}
+
+std::optional<BsdfSample> Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport) const {
+  if (alpha_ < kDeltaAlpha) {
+    const Vec3 wi{-wo_.x, -wo_.y, wo_.z};
+    const Vec3 world = frame_.to_world(wi);
+    if (!same_side(wi, world)) return std::nullopt;
+    const Rgb weight = reflection_fresnel(wo_.z) / selection(kReflectionLobe, mask);
+    return BsdfSample{world, weight, 0, kReflectionLobe, true, false};
+  }
+  const Vec3 h = ggx_sample_visible(wo_, alpha_, u);
+  const Vec3 wi = 2 * glm::dot(wo_, h) * h - wo_;
+  if (wi.z <= 0) return std::nullopt;
+  return finish(wi, kReflectionLobe, mask, transport);
+}
+
+std::optional<BsdfSample> Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport) const {
+  const bool delta = alpha_ < kDeltaAlpha;
+  const Vec3 h = delta ? Vec3(0, 0, 1) : ggx_sample_visible(wo_, alpha_, u);
+  const float cos_h = glm::dot(wo_, h);
+  if (cos_h <= 0) return std::nullopt;
+  float cos_t = 0;
+  const float fresnel = glass_reflectance(cos_h, cos_t);
+  const bool reflected = choice < fresnel;
+  Vec3 wi = 2 * cos_h * h - wo_;
+  if (!reflected) wi = thin_ ? mirror_z(wi) : -wo_ / eta_ + (cos_h / eta_ - cos_t) * h;
+  if (reflected ? wi.z <= 0 : wi.z >= 0) return std::nullopt;
+  if (!delta) return finish(glm::normalize(wi), kGlassLobe, mask, transport);
+
+  const Vec3 world = glm::normalize(frame_.to_world(wi));
+  if (!same_side(wi, world)) return std::nullopt;
+  const float scale = glass_weight_ / selection(kGlassLobe, mask);
+  if (reflected) return BsdfSample{world, scale * glass_specular_, 0, kGlassLobe, true, false};
+  const float lost = (1 - max_component(glass_specular_) * fresnel) / (1 - fresnel);
+  const bool compressed = transport == Transport::radiance && !thin_;
+  const float radiance = compressed ? 1 / (eta_ * eta_) : 1.0f;
+  return BsdfSample{world, scale * lost * radiance * glass_tint_, 0, kGlassLobe, true, true};
+}
+
+std::optional<BsdfSample> Bsdf::finish(const Vec3& wi, LobeMask lobe, LobeMask mask, Transport transport) const {
+  const Vec3 world = frame_.to_world(wi);
+  if (!same_side(wi, world)) return std::nullopt;
+  const float density = pdf(world, mask);
+  if (!(density > 0)) return std::nullopt;
+  const Rgb weight = eval(world, mask, transport) * (std::abs(wi.z) / density);
+  return BsdfSample{world, weight, density, lobe, false, wi.z < 0};
+}
+
+}  // namespace photond

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/math/frame.h"
+#include "core/trace/surface.h"
+
+namespace photond {
+
+/// Parts of a BSDF; a technique may treat some of them and leave the others to another.
+using LobeMask = std::uint8_t;
+inline constexpr LobeMask kNoLobe = 0;
+inline constexpr LobeMask kDiffuseLobe = 1;      ///< Lambert
+inline constexpr LobeMask kReflectionLobe = 2;   ///< GGX or ideal reflection of metal and dielectric layer
+inline constexpr LobeMask kGlassLobe = 4;        ///< dielectric reflection and transmission
+inline constexpr LobeMask kAllLobes = 7;
+
+/// What travels along the path: radiance from the camera side, or flux from the light side. Refraction scales
+/// radiance by the square of the relative index, flux not at all.
+enum class Transport : std::uint8_t { radiance, flux };
+
+/// A sampled continuation.
+struct BsdfSample {
+  Vec3 wi{0};                ///< world, away from the surface
+  Rgb weight{0};             ///< f·|cos θi| / pdf
+  float pdf_w = 0;           ///< per solid angle, of the lobes sampled from; 0 for a delta lobe
+  LobeMask lobe = kNoLobe;   ///< the lobe that was chosen
+  bool delta = false;
+  bool transmitted = false;  ///< wi is on the other geometric side
+};
+
+/// The scattering of light at one surface point for a fixed direction `wo`, as glTF 2.0 defines it: a Lambert
+/// base below a GGX layer of Schlick reflectance, mixed with a GGX metal and with a dielectric that transmits.
+/// The base is scaled by what the layer lets through both ways, (1−E(i))(1−E(o))/(1−Ē), which equals glTF's
+/// (1−F) on average, is reciprocal and conserves energy exactly [Kelemen and Szirmay-Kalos 2001]. Transmission
+/// uses the exact Fresnel equations.
+class Bsdf {
+ public:
+  /// `wo`: unit, world, away from the surface, on the side of surface.ng.
+  Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo);
+
+  /// The lobes that are not black.
+  LobeMask lobes() const { return lobes_; }
+  /// The lobes among them that are Dirac distributions.
+  LobeMask delta_lobes() const { return alpha_ < kDeltaAlpha ? lobes_ & (kReflectionLobe | kGlassLobe) : kNoLobe; }
+  /// GGX α of the reflection and glass lobes.
+  float alpha() const { return alpha_; }
+
+  /// f(wo, wi) in sr⁻¹ of the non-delta lobes in `mask`, without the cosine.
+  Rgb eval(const Vec3& wi, LobeMask mask, Transport transport) const;
+  /// Density per solid angle with which `sample` finds `wi` through the non-delta lobes in `mask`.
+  float pdf(const Vec3& wi, LobeMask mask) const;
+  /// Draws a direction from the lobes in `mask`; nothing where it is absorbed.
+  std::optional<BsdfSample> sample(const Vec3& u, LobeMask mask, Transport transport) const;
+
+ private:
+  static constexpr float kDeltaAlpha = 1e-4f;  // kSmoothAlpha of microfacet.h
+
+  void set_layer(const Rgb& f0, float f90);
+  void set_selection(float transmission_weight);
+  float layer_scale(float cos_i) const;
+  float selection(LobeMask lobe, LobeMask mask) const;
+  bool same_side(const Vec3& wi_local, const Vec3& wi) const;
+
+  Rgb reflection_fresnel(float cos_h) const;
+  Rgb eval_reflection(const Vec3& wi) const;
+  Rgb eval_glass(const Vec3& wi, Transport transport) const;
+  float pdf_glass(const Vec3& wi) const;
+  float glass_reflectance(float cos_h, float& cos_t) const;
+
+  std::optional<BsdfSample> sample_diffuse(const Vec2& u, LobeMask mask, Transport transport) const;
+  std::optional<BsdfSample> sample_reflection(const Vec2& u, LobeMask mask, Transport transport) const;
+  std::optional<BsdfSample> sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport) const;
+  std::optional<BsdfSample> finish(const Vec3& wi_local, LobeMask lobe, LobeMask mask, Transport transport) const;
+
+  Frame frame_;
+  Vec3 ng_{0};
+  Vec3 wo_{0};                 // local
+  Rgb diffuse_{0};             // albedo of the base, already times (1−metallic)(1−transmission)
+  Rgb f0_{0};                  // reflection lobe at normal and grazing incidence, metal and layer together
+  Rgb f90_{0};
+  Rgb glass_tint_{0};
+  float glass_weight_ = 0;     // (1−metallic)·transmission
+  Rgb glass_specular_{1};      // KHR_materials_specular's scaling of the dielectric reflection
+  float eta_ = 1;              // index beyond the surface over the index on the side of wo
+  float alpha_ = 1;
+  float layer_f0_ = 0;
+  float layer_f90_ = 0;
+  float layer_out_ = 1;        // (1−E(o))/(1−Ē)
+  float select_[3] = {0, 0, 0};  // relative selection probabilities of the lobes
+  LobeMask lobes_ = kNoLobe;
+  bool thin_ = true;
+};
+
+}  // namespace photond

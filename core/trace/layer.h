@@ -1,0 +1,18 @@
+#pragma once
+
+namespace photond {
+
+/// How much a GGX reflection layer of Schlick reflectance takes from what lies below it: the layer's directional
+/// albedo is E(cos) = f0·a + f90·b, and `average` terms are its cosine-weighted means 2∫E cos d cos.
+struct LayerAlbedo {
+  float a = 0;
+  float b = 0;
+};
+
+/// Directional albedo of the layer for the cosine of the viewing direction and GGX α; closed form where the layer
+/// is smooth, otherwise from a table by bilinear interpolation (error below .002).
+LayerAlbedo layer_albedo(float cos_o, float alpha);
+/// Its cosine-weighted mean over the hemisphere.
+LayerAlbedo layer_albedo_average(float alpha);
+
+}  // namespace photond

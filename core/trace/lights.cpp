@@ -1,0 +1,235 @@
+#include "core/trace/lights.h"
+
+#include <cmath>
+#include <numeric>
+
+#include "core/math/frame.h"
+#include "core/math/warp.h"
+
+namespace photond {
+
+namespace {
+
+constexpr std::uint32_t kNoLight = 0xffffffff;
+// Share of the choices that ignores power: a light of no estimated power still gets its turn.
+constexpr double kFloor = 0.05;
+
+double mean(const Rgb& c) { return (static_cast<double>(c.x) + c.y + c.z) / 3; }
+
+// A point of an emissive triangle, seen from its front.
+struct EmitterPoint {
+  SurfacePoint surface;
+  float area = 0;
+};
+
+EmitterPoint emitter_point(const Scene& scene, const Light& light, const Vec2& uv) {
+  const TriangleVertices world = triangle_vertices(scene, light.instance, light.index);
+  const Vec3 normal = glm::cross(world.b - world.a, world.c - world.a);
+  const float length = glm::length(normal);
+  EmitterPoint point;
+  SurfacePoint& s = point.surface;
+  point.area = 0.5f * length;
+  s.instance = light.instance;
+  s.triangle = light.index;
+  s.mesh = &scene.meshes[scene.instances[light.instance].mesh];
+  s.material = &scene.materials[s.mesh->material];
+  s.vertices = s.mesh->triangles[light.index];
+  s.position = (1 - uv.x - uv.y) * world.a + uv.x * world.b + uv.y * world.c;
+  s.u = world.mirrored ? uv.y : uv.x;
+  s.v = world.mirrored ? uv.x : uv.y;
+  s.ng = s.ns = length > 0 ? normal / length : Vec3(0, 0, 1);
+  for (const Vec3& p : {world.a, world.b, world.c}) s.extent = std::max(s.extent, max_component(glm::abs(p)));
+  return point;
+}
+
+double triangle_power(const Scene& scene, const Light& light) {
+  const EmitterPoint center = emitter_point(scene, light, {1.0f / 3, 1.0f / 3});
+  const Material& material = *center.surface.material;
+  const double sides = material.double_sided ? 2 : 1;
+  double radiance = mean(material.emission);
+  if (material.emission_texture.used()) {
+    // A stratified look at the texture: a choice probability may be rough, and the floor covers what it misses.
+    static constexpr int kSide = 4;
+    radiance = 0;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const Vec2 u{(static_cast<float>(i % kSide) + 0.5f) / kSide, (static_cast<float>(i / kSide) + 0.5f) / kSide};
+      const Vec2 uv = square_to_triangle(u);
+      radiance += mean(emitted_radiance(scene, emitter_point(scene, light, uv).surface)) / (kSide * kSide);
+    }
+  }
+  return sides * kPi * center.area * radiance;
+}
+
+// glTF's cone attenuation: the square of the cosine's position between outer and inner angle.
+float spot_attenuation(const PunctualLight& light, float cos_angle) {
+  if (light.type != LightType::spot) return 1;
+  const float range = std::max(light.cos_inner - light.cos_outer, 1e-4f);
+  const float t = std::clamp((cos_angle - light.cos_outer) / range, 0.0f, 1.0f);
+  return t * t;
+}
+
+double punctual_power(const PunctualLight& light, double disc_radius) {
+  const double intensity = mean(light.intensity);
+  switch (light.type) {
+    case LightType::point:
+      return 4 * kPi * intensity;
+    case LightType::spot:
+      return 2 * kPi * intensity * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) / 3.0);
+    case LightType::directional:
+      return kPi * disc_radius * disc_radius * intensity;
+  }
+  return 0;
+}
+
+DirectSample sample_triangle(const Scene& scene, const Light& light, const Vec3& point, const Vec2& u, float choice) {
+  const EmitterPoint emitter = emitter_point(scene, light, square_to_triangle(u));
+  SurfacePoint s = emitter.surface;
+  const Vec3 to_light = s.position - point;
+  const float distance_sq = glm::dot(to_light, to_light);
+  if (!(distance_sq > 0) || !(emitter.area > 0)) return {};
+  DirectSample sample;
+  sample.wi = to_light / std::sqrt(distance_sq);
+  float cos_l = -glm::dot(s.ng, sample.wi);
+  if (cos_l < 0) {
+    s.front = false;
+    s.ng = -s.ng;
+    cos_l = -cos_l;
+  }
+  if (cos_l == 0) return {};
+  sample.pdf_w = choice * distance_sq / (cos_l * emitter.area);
+  sample.radiance = emitted_radiance(scene, s) / sample.pdf_w;
+  sample.target = spawn_point(s.position, s.ng, s.extent, -sample.wi);
+  return sample;
+}
+
+DirectSample sample_punctual(const PunctualLight& light, const Vec3& point, float choice) {
+  DirectSample sample;
+  if (light.type == LightType::directional) {
+    sample.wi = -light.direction;
+    sample.radiance = light.intensity / choice;
+    sample.infinite = true;
+    return sample;
+  }
+  const Vec3 to_light = light.position - point;
+  const float distance_sq = glm::dot(to_light, to_light);
+  if (!(distance_sq > 0)) return {};
+  sample.wi = to_light / std::sqrt(distance_sq);
+  const float attenuation = spot_attenuation(light, -glm::dot(light.direction, sample.wi));
+  sample.radiance = light.intensity * (attenuation / (distance_sq * choice));
+  sample.target = light.position;
+  return sample;
+}
+
+EmissionSample emit_triangle(const Scene& scene, const Light& light, Rng& rng, float choice) {
+  const Vec2 uv = square_to_triangle(rng.next2());
+  const Vec3 local = square_to_cosine_hemisphere(rng.next2());
+  EmitterPoint emitter = emitter_point(scene, light, uv);
+  SurfacePoint& s = emitter.surface;
+  float sides = 1;
+  if (s.material->double_sided) {
+    sides = 2;
+    s.front = rng.next() < 0.5f;
+    if (!s.front) s.ng = -s.ng;
+  }
+  const Vec3 direction = Frame(s.ng).to_world(local);
+  return {spawn_ray(s, direction), emitted_radiance(scene, s) * (sides * kPi * emitter.area / choice)};
+}
+
+// A ray towards the disc of the scene's bounding sphere that faces `direction`.
+Ray ray_from_infinity(const Vec3& center, float radius, const Vec3& direction, const Vec2& u) {
+  const Frame frame(direction);
+  const Vec2 d = square_to_disk(u) * radius;
+  // Twice the radius away: outside the sphere whatever rounding does.
+  return {center + d.x * frame.s + d.y * frame.t - 2 * radius * direction, direction};
+}
+
+}  // namespace
+
+Lights::Lights(const Scene& scene, const Bounds3& bounds) {
+  center_ = bounds.empty() ? Vec3(0) : bounds.center();
+  radius_ = bounds.radius();
+  first_of_instance_.assign(scene.instances.size(), kNoLight);
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
+    if (!scene.materials[mesh.material].emissive()) continue;
+    first_of_instance_[i] = static_cast<std::uint32_t>(lights_.size());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Light light{Light::Kind::triangle, i, t};
+      add(light, triangle_power(scene, light));
+    }
+  }
+  for (std::uint32_t i = 0; i < scene.lights.size(); ++i) {
+    add({Light::Kind::punctual, 0, i}, punctual_power(scene.lights[i], radius_));
+  }
+  if (scene.environment.active()) {
+    environment_ = static_cast<std::int64_t>(lights_.size());
+    add({Light::Kind::environment, 0, 0}, 4.0 * kPi * kPi * radius_ * radius_ * mean(scene.environment.radiance));
+  }
+  total_power_ = std::accumulate(powers_.begin(), powers_.end(), 0.0);
+  if (lights_.empty()) return;
+  const double floor = kFloor / static_cast<double>(lights_.size());
+  for (double& power : powers_) {
+    power = total_power_ > 0 ? (1 - kFloor) * power / total_power_ + floor : floor;
+  }
+  choice_ = AliasTable(powers_);
+  powers_ = {};
+}
+
+void Lights::add(const Light& light, double power) {
+  lights_.push_back(light);
+  powers_.push_back(power);
+}
+
+DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const Vec3& u) const {
+  const std::uint32_t index = choice_.sample(u.z);
+  const Light& light = lights_[index];
+  const float choice = choice_.pdf(index);
+  if (light.kind == Light::Kind::triangle) return sample_triangle(scene, light, point, Vec2(u), choice);
+  if (light.kind == Light::Kind::punctual) return sample_punctual(scene.lights[light.index], point, choice);
+  DirectSample sample;
+  sample.wi = square_to_sphere(Vec2(u));
+  sample.pdf_w = choice * kSpherePdf;
+  sample.radiance = scene.environment.radiance / sample.pdf_w;
+  sample.infinite = true;
+  return sample;
+}
+
+float Lights::pdf_direct(const Scene& scene, const Vec3& point, const SurfacePoint& s) const {
+  const std::uint32_t first = first_of_instance_[s.instance];
+  if (first == kNoLight) return 0;
+  const TriangleVertices world = triangle_vertices(scene, s.instance, s.triangle);
+  const float area = 0.5f * glm::length(glm::cross(world.b - world.a, world.c - world.a));
+  const Vec3 to_light = s.position - point;
+  const float distance_sq = glm::dot(to_light, to_light);
+  const float cos_l = std::abs(glm::dot(s.ng, to_light)) / std::sqrt(distance_sq);
+  return cos_l > 0 ? choice_.pdf(first + s.triangle) * distance_sq / (cos_l * area) : 0;
+}
+
+float Lights::pdf_environment() const {
+  return environment_ < 0 ? 0 : choice_.pdf(static_cast<std::size_t>(environment_)) * kSpherePdf;
+}
+
+EmissionSample Lights::sample_emission(const Scene& scene, Rng& rng) const {
+  const std::uint32_t index = choice_.sample(rng.next());
+  const Light& light = lights_[index];
+  const float choice = choice_.pdf(index);
+  if (light.kind == Light::Kind::triangle) return emit_triangle(scene, light, rng, choice);
+  if (light.kind == Light::Kind::environment) {
+    const Vec3 direction = square_to_sphere(rng.next2());
+    const Ray ray = ray_from_infinity(center_, radius_, direction, rng.next2());
+    return {ray, scene.environment.radiance * (4 * kPi * kPi * radius_ * radius_ / choice)};
+  }
+  const PunctualLight& source = scene.lights[light.index];
+  if (source.type == LightType::directional) {
+    const Ray ray = ray_from_infinity(center_, radius_, source.direction, rng.next2());
+    return {ray, source.intensity * (kPi * radius_ * radius_ / choice)};
+  }
+  if (source.type == LightType::point) {
+    return {{source.position, square_to_sphere(rng.next2())}, source.intensity * (4 * kPi / choice)};
+  }
+  const Vec3 local = square_to_cone(rng.next2(), source.cos_outer);
+  const float scale = spot_attenuation(source, local.z) / (square_to_cone_pdf(source.cos_outer) * choice);
+  return {{source.position, Frame(source.direction).to_world(local)}, source.intensity * scale};
+}
+
+}  // namespace photond

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/math/alias_table.h"
+#include "core/math/rng.h"
+#include "core/scene/scene.h"
+#include "core/trace/surface.h"
+
+namespace photond {
+
+/// One source of light that is chosen as a whole.
+struct Light {
+  enum class Kind : std::uint8_t { triangle, punctual, environment };
+  Kind kind = Kind::triangle;
+  std::uint32_t instance = 0;    ///< triangle
+  std::uint32_t index = 0;       ///< triangle: into Mesh::triangles; punctual: into Scene::lights
+};
+
+/// Light arriving at a point from a sampled direction.
+struct DirectSample {
+  Vec3 wi{0};             ///< unit, from the point to the light
+  Rgb radiance{0};        ///< divided by the density: L/pdf_w (area, environment) or I/(d² P) (punctual)
+  float pdf_w = 0;        ///< per solid angle, light choice included; 0 for punctual lights
+  Vec3 target{0};         ///< where the shadow ray ends, safely off the light's surface
+  bool infinite = false;  ///< the shadow ray has no end; `target` is unused
+};
+
+/// A path leaving a light.
+struct EmissionSample {
+  Ray ray;
+  Rgb flux{0};            ///< Le·cos/(P·pdf_a·pdf_w): what one path of one carries, in W
+};
+
+/// The emitters of a scene: chosen in proportion to power, with a floor that keeps dim lights alive.
+class Lights {
+ public:
+  Lights() = default;
+  /// `bounds` are the world bounds of the scene: light from infinity is emitted through their sphere.
+  Lights(const Scene& scene, const Bounds3& bounds);
+
+  bool empty() const { return lights_.empty(); }
+  std::size_t size() const { return lights_.size(); }
+  /// Sum of the lights' power in W, mean over RGB; exact but for textured emitters (sampled).
+  double total_power() const { return total_power_; }
+
+  /// A direction towards a light from `point`; black radiance where the light does not shine there. Visibility is
+  /// not tested.
+  DirectSample sample_direct(const Scene& scene, const Vec3& point, const Vec3& u) const;
+  /// Density per solid angle with which `sample_direct` from `point` finds the emitter surface `s`.
+  float pdf_direct(const Scene& scene, const Vec3& point, const SurfacePoint& s) const;
+  /// The same for the environment.
+  float pdf_environment() const;
+
+  /// Starts a path. Black flux where the sampled point emits nothing.
+  EmissionSample sample_emission(const Scene& scene, Rng& rng) const;
+
+ private:
+  void add(const Light& light, double power);
+
+  std::vector<Light> lights_;
+  std::vector<double> powers_;
+  AliasTable choice_;
+  std::vector<std::uint32_t> first_of_instance_;  // index of the light of an emissive instance's first triangle
+  std::int64_t environment_ = -1;                 // index into lights_
+  Vec3 center_{0};
+  float radius_ = 0;
+  double total_power_ = 0;
+};
+
+}  // namespace photond

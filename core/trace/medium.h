@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cmath>
+
+#include "core/trace/bsdf.h"
+
+namespace photond {
+
+/// The absorbing volume (KHR_materials_volume) a path travels in, followed through its refractions.
+class Medium {
+ public:
+  /// Fraction of light that survives `distance` metres up to `surface`. A path that started inside a volume is
+  /// noticed where it meets the volume's back face.
+  Rgb transmittance(const SurfacePoint& surface, float distance) const {
+    const Material* m = material_;
+    if (m == nullptr && !surface.front && absorbs(*surface.material)) m = surface.material;
+    return m == nullptr ? Rgb(1) : beer_lambert(*m, distance);
+  }
+  /// The same for a segment that ends elsewhere than on a surface.
+  Rgb transmittance(float distance) const { return material_ == nullptr ? Rgb(1) : beer_lambert(*material_, distance); }
+
+  /// Follows a scattering event: refraction at a front face enters the volume, at a back face leaves it.
+  void cross(const SurfacePoint& surface, const BsdfSample& sample) {
+    if (!sample.transmitted || surface.material->thin_walled) return;
+    material_ = surface.front && absorbs(*surface.material) ? surface.material : nullptr;
+  }
+
+  bool active() const { return material_ != nullptr; }
+
+  static bool absorbs(const Material& m) { return !m.thin_walled && m.attenuation_distance < kInfinity; }
+
+ private:
+  static Rgb beer_lambert(const Material& m, float distance) {
+    return glm::pow(m.attenuation_color, Rgb(distance / m.attenuation_distance));
+  }
+
+  const Material* material_ = nullptr;
+};
+
+}  // namespace photond

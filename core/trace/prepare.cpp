@@ -1,0 +1,79 @@
+#include "core/trace/prepare.h"
+
+namespace photond {
+
+namespace {
+
+std::vector<std::uint32_t> mesh_uses(const Scene& scene) {
+  std::vector<std::uint32_t> uses(scene.meshes.size(), 0);
+  for (const Instance& instance : scene.instances) ++uses[instance.mesh];
+  return uses;
+}
+
+void move_to_world(Mesh& mesh, const Affine& m) {
+  const bool mirrored = glm::dot(m[0], glm::cross(m[1], m[2])) < 0;
+  const float side = mirrored ? -1.0f : 1.0f;
+  for (Vec3& p : mesh.positions) p = transform_point(m, p);
+  for (Vec3& n : mesh.normals) {
+    const Vec3 cofactors =
+        side * (n.x * glm::cross(m[1], m[2]) + n.y * glm::cross(m[2], m[0]) + n.z * glm::cross(m[0], m[1]));
+    const float length = glm::length(cofactors);
+    if (length > 0) n = cofactors / length;
+  }
+  for (Vec4& t : mesh.tangents) t = Vec4(transform_vector(m, Vec3(t)), side * t.w);
+  if (mirrored) {
+    for (glm::uvec3& triangle : mesh.triangles) std::swap(triangle.y, triangle.z);
+  }
+}
+
+// A mesh placed once is put there for good: its rays and shading need no transform.
+void place_single_meshes(Scene& scene) {
+  const std::vector<std::uint32_t> uses = mesh_uses(scene);
+  for (Instance& instance : scene.instances) {
+    if (uses[instance.mesh] != 1 || instance.to_world == Affine(1)) continue;
+    move_to_world(scene.meshes[instance.mesh], instance.to_world);
+    instance.to_world = Affine(1);
+  }
+}
+
+template <class T>
+std::uint64_t bytes_of(const std::vector<T>& values) {
+  return values.capacity() * sizeof(T);
+}
+
+std::uint64_t scene_bytes(const Scene& scene) {
+  std::uint64_t bytes = 0;
+  for (const Mesh& mesh : scene.meshes) {
+    bytes += bytes_of(mesh.positions) + bytes_of(mesh.normals) + bytes_of(mesh.tangents) + bytes_of(mesh.uv[0]) +
+             bytes_of(mesh.uv[1]) + bytes_of(mesh.colors) + bytes_of(mesh.triangles);
+  }
+  for (const TextureImage& image : scene.images) bytes += bytes_of(image.u8) + bytes_of(image.u16);
+  return bytes + bytes_of(scene.instances);
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Execution& execution) {
+  if (execution.cancelled()) return cancelled();
+  auto prepared = std::make_shared<PreparedScene>();
+  prepared->digest = scene_digest(scene);
+  prepared->scene = std::move(scene);
+  place_single_meshes(prepared->scene);
+  prepared->bounds = world_bounds(prepared->scene);
+  for (const Instance& instance : prepared->scene.instances) {
+    prepared->triangle_count += prepared->scene.meshes[instance.mesh].triangles.size();
+  }
+  prepared->lights = Lights(prepared->scene, prepared->bounds);
+  if (execution.cancelled()) return cancelled();
+  // Inside the arena Embree's build tasks run on its low-priority workers.
+  Result<Accel> accel = execution.arena == nullptr
+                            ? Accel::build(prepared->scene)
+                            : execution.arena->execute([&] { return Accel::build(prepared->scene); });
+  if (!accel) return accel.error();
+  prepared->accel = std::move(accel).value();
+  prepared->memory_bytes = scene_bytes(prepared->scene) + prepared->accel.memory_bytes();
+  if (execution.cancelled()) return cancelled();
+  return std::shared_ptr<const PreparedScene>(std::move(prepared));
+}
+
+}  // namespace photond

@@ -1,0 +1,171 @@
+#include "core/trace/surface.h"
+
+#include <cmath>
+
+#include "core/scene/texture.h"
+
+namespace photond {
+
+namespace {
+
+template <class T>
+T interpolate(const std::vector<T>& values, const glm::uvec3& i, float u, float v) {
+  return (1 - u - v) * values[i.x] + u * values[i.y] + v * values[i.z];
+}
+
+float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
+
+// Inverse transpose up to scale: cofactors survive singular and mirrored matrices.
+Vec3 transform_normal(const Affine& m, const Vec3& n) {
+  const Vec3 cofactors = n.x * glm::cross(m[1], m[2]) + n.y * glm::cross(m[2], m[0]) + n.z * glm::cross(m[0], m[1]);
+  const bool mirrored = glm::dot(m[0], glm::cross(m[1], m[2])) < 0;
+  return mirrored ? -cofactors : cofactors;
+}
+
+Vec2 surface_uv(const SurfacePoint& s, std::uint32_t set) {
+  const auto& uv = s.mesh->uv[set];
+  return uv.empty() ? Vec2(0) : interpolate(uv, s.vertices, s.u, s.v);
+}
+
+// Tangent and handedness of the normal texture: the mesh's own, or from the texture coordinates' gradient.
+bool tangent_space(const Scene& scene, const SurfacePoint& s, Vec3& tangent, float& handedness) {
+  const Affine& m = scene.instances[s.instance].to_world;
+  const float orientation = glm::dot(m[0], glm::cross(m[1], m[2])) < 0 ? -1.0f : 1.0f;
+  if (!s.mesh->tangents.empty()) {
+    const Vec4 t = interpolate(s.mesh->tangents, s.vertices, s.u, s.v);
+    tangent = transform_vector(m, Vec3(t));
+    handedness = t.w < 0 ? -orientation : orientation;
+    return true;
+  }
+  const auto& uv = s.mesh->uv[s.material->normal_texture.uv_set];
+  if (uv.empty()) return false;
+  const Vec3 e1 = transform_vector(m, s.mesh->positions[s.vertices.y] - s.mesh->positions[s.vertices.x]);
+  const Vec3 e2 = transform_vector(m, s.mesh->positions[s.vertices.z] - s.mesh->positions[s.vertices.x]);
+  const Vec2 d1 = uv[s.vertices.y] - uv[s.vertices.x];
+  const Vec2 d2 = uv[s.vertices.z] - uv[s.vertices.x];
+  const float determinant = d1.x * d2.y - d1.y * d2.x;
+  if (determinant == 0) return false;
+  tangent = (d2.y * e1 - d1.y * e2) * (determinant < 0 ? -1.0f : 1.0f);
+  // glTF's v points down the image, so a texture without mirroring has a negative determinant here.
+  handedness = determinant < 0 ? orientation : -orientation;
+  return true;
+}
+
+// `n` is the unit interpolated normal of the front face.
+Vec3 apply_normal_texture(const Scene& scene, const SurfacePoint& s, const Vec3& n) {
+  Vec3 tangent;
+  float handedness = 1;
+  if (!tangent_space(scene, s, tangent, handedness)) return n;
+  tangent -= n * glm::dot(n, tangent);
+  const float length = glm::length(tangent);
+  if (!(length > 0)) return n;
+  tangent /= length;
+  const Vec3 bitangent = handedness * glm::cross(n, tangent);
+  const Vec4 texel = lookup(scene, s.material->normal_texture, s);
+  const float scale = s.material->normal_scale;
+  const Vec3 local{(2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1};
+  const Vec3 bent = local.x * tangent + local.y * bitangent + local.z * n;
+  const float bent_length = glm::length(bent);
+  return bent_length > 0 ? bent / bent_length : n;
+}
+
+// Shading normal on the front side: interpolated, then bent by the normal texture.
+Vec3 front_shading_normal(const Scene& scene, const SurfacePoint& s, const Vec3& front_ng) {
+  Vec3 n = front_ng;
+  if (!s.mesh->normals.empty()) {
+    const Vec3 interpolated = interpolate(s.mesh->normals, s.vertices, s.u, s.v);
+    n = transform_normal(scene.instances[s.instance].to_world, interpolated);
+    const float length = glm::length(n);
+    n = length > 0 && is_finite(n) ? n / length : front_ng;
+  }
+  if (s.material->normal_texture.used()) n = apply_normal_texture(scene, s, n);
+  return n;
+}
+
+// Keeps the viewing direction above the shading normal's horizon, so that no lobe is evaluated from below.
+Vec3 visible_normal(const Vec3& ns, const Vec3& ng, const Vec3& wo) {
+  static constexpr float kMinCos = 1e-3f;
+  if (glm::dot(ns, ng) <= 0) return ng;
+  const float cos_o = glm::dot(ns, wo);
+  if (cos_o >= kMinCos) return ns;
+  const Vec3 bent = ns + (kMinCos - cos_o) * wo;
+  const Vec3 unit = glm::normalize(bent);
+  return glm::dot(unit, ng) > 0 ? unit : ng;
+}
+
+}  // namespace
+
+TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
+  const Instance& placed = scene.instances[instance];
+  const Mesh& mesh = scene.meshes[placed.mesh];
+  const glm::uvec3 i = mesh.triangles[triangle];
+  const Affine& m = placed.to_world;
+  TriangleVertices world;
+  world.a = transform_point(m, mesh.positions[i.x]);
+  world.b = transform_point(m, mesh.positions[i.y]);
+  world.c = transform_point(m, mesh.positions[i.z]);
+  world.mirrored = glm::dot(m[0], glm::cross(m[1], m[2])) < 0;
+  if (world.mirrored) std::swap(world.b, world.c);
+  return world;
+}
+
+Vec3 unit_normal(const Vec3& ab, const Vec3& ac) {
+  Vec3 n = glm::cross(ab, ac);
+  float length_sq = glm::dot(n, n);
+  if (length_sq < 1e-30f) {  // the squares underflow for triangles of a micrometre: scale them up first
+    const float scale = 1 / std::max({max_abs(ab), max_abs(ac), std::numeric_limits<float>::min()});
+    n = glm::cross(ab * scale, ac * scale);
+    length_sq = glm::dot(n, n);
+    if (!(length_sq > 0)) return {0, 0, 1};
+  }
+  return n / std::sqrt(length_sq);
+}
+
+SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
+  SurfacePoint s;
+  s.instance = hit.instance;
+  s.triangle = hit.triangle;
+  s.u = hit.u;
+  s.v = hit.v;
+  s.mesh = &scene.meshes[scene.instances[hit.instance].mesh];
+  s.material = &scene.materials[s.mesh->material];
+  s.vertices = s.mesh->triangles[hit.triangle];
+
+  const TriangleVertices world = triangle_vertices(scene, hit.instance, hit.triangle);
+  const float b = world.mirrored ? hit.v : hit.u;
+  const float c = world.mirrored ? hit.u : hit.v;
+  s.position = (1 - b - c) * world.a + b * world.b + c * world.c;
+  s.extent = std::max({max_abs(world.a), max_abs(world.b), max_abs(world.c)});
+  const Vec3 front_ng = unit_normal(world.b - world.a, world.c - world.a);
+  s.front = glm::dot(front_ng, ray.direction) < 0;
+  s.ng = s.front ? front_ng : -front_ng;
+  s.ns = s.ng;
+  s.smooth = !s.mesh->normals.empty() || s.material->normal_texture.used();
+  if (s.smooth) {
+    const Vec3 front_ns = front_shading_normal(scene, s, front_ng);
+    s.ns = visible_normal(s.front ? front_ns : -front_ns, s.ng, -ray.direction);
+  }
+  return s;
+}
+
+Vec3 spawn_point(const Vec3& position, const Vec3& ng, float extent, const Vec3& direction) {
+  // Interpolating the position errs by about three units in the last place of the largest vertex coordinate,
+  // and the intersection test of the next ray by as much again.
+  static constexpr float kUlps = 8 * 0x1p-23f;
+  const float offset = kUlps * std::max(extent, std::numeric_limits<float>::min() / kUlps);
+  return glm::dot(direction, ng) > 0 ? position + offset * ng : position - offset * ng;
+}
+
+Vec4 lookup(const Scene& scene, const TextureSlot& slot, const SurfacePoint& surface) {
+  const Vec2 uv = slot.uv_transform * Vec3(surface_uv(surface, slot.uv_set), 1);
+  return sample_texture(scene, scene.textures[slot.texture], uv);
+}
+
+Rgb emitted_radiance(const Scene& scene, const SurfacePoint& surface) {
+  const Material& material = *surface.material;
+  if (!material.emissive() || !(surface.front || material.double_sided)) return Rgb(0);
+  if (!material.emission_texture.used()) return material.emission;
+  return material.emission * Rgb(lookup(scene, material.emission_texture, surface));
+}
+
+}  // namespace photond

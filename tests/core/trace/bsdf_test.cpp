@@ -1,0 +1,243 @@
+// Samplers against their densities, energy and reciprocity of the BSDFs.
+#include "core/trace/bsdf.h"
+
+#include <gtest/gtest.h>
+
+#include "core/trace/microfacet.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace photond {
+namespace {
+
+using test::agrees;
+using test::chi2_sphere;
+using test::draw;
+using test::Sample;
+
+struct Case {
+  const char* name;
+  Material material;
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+Material metal(float roughness) {
+  Material m;
+  m.base_color = {1.0f, 0.8f, 0.4f};
+  m.metallic = 1;
+  m.roughness = roughness;
+  return m;
+}
+
+Material plastic(float roughness, const Rgb& base = Rgb(0.5f)) {
+  Material m;
+  m.base_color = base;
+  m.metallic = 0;
+  m.roughness = roughness;
+  return m;
+}
+
+Material rough_glass(float roughness, bool thin) {
+  Material m = test::glass(1.5f);
+  m.roughness = roughness;
+  m.thin_walled = thin;
+  return m;
+}
+
+Material mixed() {
+  Material m;
+  m.base_color = {0.9f, 0.6f, 0.3f};
+  m.metallic = 0.3f;
+  m.roughness = 0.6f;
+  m.transmission = 0.4f;
+  m.thin_walled = false;
+  m.specular = 0.8f;
+  m.specular_color = {0.9f, 0.7f, 1.0f};
+  return m;
+}
+
+// A surface in the plane z = 0 seen from `wo`.
+struct Plane {
+  Scene scene;
+  SurfacePoint surface;
+
+  explicit Plane(const Material& material, bool front = true) {
+    scene = test::empty_scene();
+    test::add_mesh(scene, test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::add_material(scene, material));
+    surface.front = front;
+    surface.mesh = &scene.meshes[0];
+    surface.material = &scene.materials[0];
+    surface.vertices = scene.meshes[0].triangles[0];
+  }
+  Bsdf bsdf(const Vec3& wo) const { return {scene, surface, wo}; }
+};
+
+Vec3 direction(float degrees, float azimuth = 0.7f) {
+  const float theta = degrees * kPi / 180;
+  return {std::sin(theta) * std::cos(azimuth), std::sin(theta) * std::sin(azimuth), std::cos(theta)};
+}
+
+class BsdfSampling : public testing::TestWithParam<std::tuple<Case, float, bool>> {};
+
+TEST_P(BsdfSampling, HistogramMatchesPdf) {
+  const auto& [c, degrees, front] = GetParam();
+  const Plane setup(c.material, front);
+  const Bsdf bsdf = setup.bsdf(direction(degrees));
+  const double p = chi2_sphere(
+      [&](Rng& rng) {
+        const Vec2 u = rng.next2();
+        const auto s = bsdf.sample({u, rng.next()}, kAllLobes, Transport::radiance);
+        return s ? s->wi : Vec3(0);
+      },
+      [&](const Vec3& wi) {
+        // Directions that the horizon rejects have a density but are never returned.
+        return static_cast<double>(bsdf.pdf(wi, kAllLobes));
+      });
+  EXPECT_GT(p, test::kSignificance);
+}
+
+TEST_P(BsdfSampling, WeightIsValueOverPdf) {
+  const auto& [c, degrees, front] = GetParam();
+  const Plane setup(c.material, front);
+  const Bsdf bsdf = setup.bsdf(direction(degrees));
+  Rng rng(5, RngPurpose::pilot, 0, 0);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec2 u = rng.next2();
+    const auto s = bsdf.sample({u, rng.next()}, kAllLobes, Transport::flux);
+    if (!s) continue;
+    EXPECT_NEAR(s->pdf_w, bsdf.pdf(s->wi, kAllLobes), 1e-3f * s->pdf_w);
+    const Rgb value = bsdf.eval(s->wi, kAllLobes, Transport::flux) * std::abs(s->wi.z);
+    // Relative: float cancellation near grazing half vectors.
+    EXPECT_NEAR(s->weight.y * s->pdf_w, value.y, 2e-3f * value.y + 1e-6f);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Materials, BsdfSampling,
+    testing::Combine(testing::Values(Case{"lambert", test::lambert(Rgb(0.7f))}, Case{"plastic .5", plastic(0.5f)},
+                                     Case{"plastic 1", plastic(1)}, Case{"metal .4", metal(0.4f)},
+                                     Case{"metal 1", metal(1)}, Case{"rough glass", rough_glass(0.6f, false)},
+                                     Case{"thin rough glass", rough_glass(0.6f, true)}, Case{"mixed", mixed()}),
+                     testing::Values(5.0f, 45.0f, 75.0f), testing::Bool()));
+
+// ∫ f cos over the sphere, by the sampler.
+Sample albedo(const Bsdf& bsdf, Transport transport, std::uint64_t count = 100'000) {
+  return draw(count, [&](Rng& rng) {
+    const Vec2 u = rng.next2();
+    const auto s = bsdf.sample({u, rng.next()}, kAllLobes, transport);
+    return s ? static_cast<double>(s->weight.x) : 0.0;
+  });
+}
+
+TEST(BsdfEnergy, LambertReflectsItsAlbedoExactly) {
+  const Plane setup(test::lambert(Rgb(0.3f)));
+  EXPECT_TRUE(agrees(albedo(setup.bsdf(direction(60)), Transport::radiance), 0.3));
+}
+
+TEST(BsdfEnergy, SmoothMirrorReflectsItsColour) {
+  const Plane setup(test::mirror(Rgb(0.9f)));
+  // Schlick at normal incidence is f0.
+  EXPECT_TRUE(agrees(albedo(setup.bsdf({0, 0, 1}), Transport::flux, 1000), 0.9));
+}
+
+TEST(BsdfEnergy, SmoothGlassLosesNothing) {
+  for (const bool front : {true, false}) {
+    for (const float degrees : {0.0f, 30.0f, 60.0f, 85.0f}) {
+      const Plane setup(test::glass(1.5f), front);
+      EXPECT_TRUE(agrees(albedo(setup.bsdf(direction(degrees)), Transport::flux), 1)) << degrees << front;
+    }
+  }
+}
+
+// Radiance is compressed by the square of the index: seen from outside, T/η² + R.
+TEST(BsdfEnergy, RefractionScalesRadianceByTheIndexSquared) {
+  const Plane setup(test::glass(1.5f));
+  const double fresnel = 0.04;
+  EXPECT_TRUE(agrees(albedo(setup.bsdf({0, 0, 1}), Transport::radiance, 400'000), fresnel + (1 - fresnel) / 2.25));
+}
+
+// A white base below the layer and the layer together reflect everything: the layering conserves energy. The
+// tolerance is the interpolation error of the layer's table.
+TEST(BsdfEnergy, WhitePlasticPassesTheFurnace) {
+  for (const float roughness : {0.0f, 0.2f, 0.5f, 1.0f}) {
+    for (const float degrees : {0.0f, 45.0f, 80.0f}) {
+      const Plane setup(plastic(roughness, Rgb(1)));
+      const Sample a = albedo(setup.bsdf(direction(degrees)), Transport::radiance);
+      EXPECT_NEAR(a.mean, 1, 0.004 + 4 * a.standard_error()) << roughness << " at " << degrees;
+    }
+  }
+}
+
+TEST(BsdfEnergy, NothingReflectsMoreThanItGets) {
+  for (const Material& m : {metal(0.1f), metal(0.5f), metal(1), rough_glass(0.5f, false), rough_glass(0.5f, true),
+                            mixed()}) {
+    for (const bool front : {true, false}) {
+      const Plane setup(m, front);
+      const Sample a = albedo(setup.bsdf(direction(50)), Transport::flux);
+      EXPECT_LT(a.mean, 1 + 4 * a.standard_error());
+      EXPECT_GT(a.mean, 0.3);
+    }
+  }
+}
+
+TEST(BsdfReciprocity, OpaqueLobesAreSymmetric) {
+  for (const Material& m : {test::lambert(Rgb(0.5f)), plastic(0.3f), plastic(1), metal(0.6f), mixed()}) {
+    const Plane setup(m);
+    for (const float degrees : {10.0f, 40.0f, 70.0f}) {
+      const Vec3 a = direction(degrees);
+      const Vec3 b = direction(55, 2.5f);
+      const Rgb forth = setup.bsdf(a).eval(b, kAllLobes, Transport::radiance);
+      const Rgb back = setup.bsdf(b).eval(a, kAllLobes, Transport::radiance);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(forth[c], back[c], 1e-4f * forth[c]);
+    }
+  }
+}
+
+// f(o→i)/η_i² = f(i→o)/η_o² for refraction [Veach 1997, eq. 5.14].
+TEST(BsdfReciprocity, RoughRefractionIsSymmetricUpToTheIndex) {
+  const Material m = rough_glass(0.7f, false);
+  const Plane outside(m, true);
+  const Plane inside(m, false);
+  const Vec3 out = direction(40);
+  const Vec3 in = -direction(30, 0.9f);
+  const float forth = outside.bsdf(out).eval(in, kGlassLobe, Transport::radiance).x;
+  // Seen from inside, the local frame points inwards: mirror both directions.
+  const float back = inside.bsdf(-in).eval(-out, kGlassLobe, Transport::radiance).x;
+  EXPECT_GT(forth, 0);
+  EXPECT_NEAR(forth * 1.5f * 1.5f, back, 1e-3f * back);
+}
+
+TEST(BsdfContinuity, RoughnessApproachesTheMirror) {
+  const Plane smooth(metal(0));
+  const Plane rough(metal(0.011f));   // α just above the smooth limit
+  const Sample a = albedo(smooth.bsdf(direction(40)), Transport::flux, 1000);
+  const Sample b = albedo(rough.bsdf(direction(40)), Transport::flux, 1000);
+  EXPECT_NEAR(a.mean, b.mean, 1e-3);
+}
+
+TEST(Microfacet, NormalsProjectToOne) {
+  for (const float alpha : {0.05f, 0.3f, 1.0f}) {
+    const Sample s = draw(400'000, [&](Rng& rng) {
+      // Uniform over the hemisphere, density 1/(2π), in z² to reach the peak.
+      const float u = rng.next();
+      const float z = 1 - u * u * u;
+      const float r = std::sqrt(std::max(0.0f, 1 - z * z));
+      const double density = 1 / (2 * kPi * 3.0 * u * u);
+      return static_cast<double>(ggx_d({r, 0, z}, alpha) * z) / density;
+    });
+    EXPECT_TRUE(agrees(s, 1)) << alpha << " " << s.mean;
+  }
+}
+
+TEST(Microfacet, FresnelMatchesTheNormalAndTheCriticalAngle) {
+  float cos_t = 0;
+  EXPECT_NEAR(fresnel_dielectric(1, 1.5f, cos_t), 0.04f, 1e-6f);
+  EXPECT_NEAR(fresnel_dielectric(1, 1 / 1.5f, cos_t), 0.04f, 1e-6f);
+  const float critical = std::sqrt(1 - 1 / (1.5f * 1.5f));
+  EXPECT_EQ(fresnel_dielectric(critical - 1e-3f, 1 / 1.5f, cos_t), 1);
+  EXPECT_LT(fresnel_dielectric(critical + 1e-3f, 1 / 1.5f, cos_t), 1);
+}
+
+}  // namespace
+}  // namespace photond
