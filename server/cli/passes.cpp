@@ -77,7 +77,7 @@ Result<Rendering> render_passes(const RenderTask& task, const StopRule& stop, co
     if (measured) progress.error = estimate_error(rendering.film);
     progress.seconds = watch.seconds();
     if (measured) rendering.series.push_back(progress);
-    if (const char* rule = reached(stop, progress)) rendering.stopped_by = rule;
+    if (const char* rule = rule_met(stop, progress)) rendering.stopped_by = rule;
     bar.update(stop, progress);
   }
   rendering.seconds = watch.seconds();

@@ -21,7 +21,7 @@ std::string format(const char* pattern, double value) {
 
 /// [0, 1]: the part of the expected time that is over.
 double fraction_done(const StopRule& stop, const Progress& progress) {
-  const auto left = seconds_left(stop, progress);
+  const auto left = remaining_seconds(stop, progress);
   if (!left) return 0;
   const double total = progress.seconds + *left;
   return total > 0 ? std::clamp(progress.seconds / total, 0.0, 1.0) : 1;
@@ -39,36 +39,11 @@ void print(const std::string& text) {
 
 }  // namespace
 
-const char* reached(const StopRule& stop, const Progress& progress) {
-  if (stop.passes && progress.passes >= *stop.passes) return "passes";
-  if (stop.seconds && progress.seconds >= *stop.seconds) return "seconds";
-  if (stop.relative_error && progress.error.known && progress.error.relative <= *stop.relative_error) {
-    return "relative_error";
-  }
-  return nullptr;
-}
-
-std::optional<double> seconds_left(const StopRule& stop, const Progress& progress) {
-  std::optional<double> left;
-  const auto limit = [&left](double seconds) {
-    left = std::max(0.0, left ? std::min(*left, seconds) : seconds);
-  };
-  if (stop.seconds) limit(*stop.seconds - progress.seconds);
-  if (stop.passes && progress.passes > 0) {
-    limit(progress.seconds * (static_cast<double>(*stop.passes) / progress.passes - 1));
-  }
-  if (stop.relative_error && *stop.relative_error > 0 && progress.error.known) {
-    const double ratio = progress.error.relative / *stop.relative_error;
-    limit(progress.seconds * (ratio * ratio - 1));
-  }
-  return left;
-}
-
 std::string progress_line(const StopRule& stop, const Progress& progress, int columns) {
   std::string facts = format("%3.0f %%", std::floor(100 * fraction_done(stop, progress))) + "  pass " +
                       std::to_string(progress.passes) + "  " + duration_text(progress.seconds);
   if (progress.error.known) facts += format("  error %.4f", progress.error.relative);
-  if (const auto left = seconds_left(stop, progress)) facts += "  ETA " + duration_text(*left);
+  if (const auto left = remaining_seconds(stop, progress)) facts += "  ETA " + duration_text(*left);
   const int width = std::min(30, columns - static_cast<int>(facts.size()) - 4);
   if (width < 5) return facts.substr(0, static_cast<std::size_t>(std::max(0, columns)));
   const auto filled = static_cast<std::size_t>(fraction_done(stop, progress) * width);

@@ -1,30 +1,14 @@
 #pragma once
 
 #include <condition_variable>
-#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 
-#include "core/film/film.h"
-#include "core/render/settings.h"
+#include "server/jobs/stop_rule.h"
 
 namespace photond {
-
-/// How far a rendering is.
-struct Progress {
-  std::uint32_t passes = 0;
-  double seconds = 0;      ///< of rendering
-  ErrorEstimate error;     ///< of an earlier pass where the last one was not measured
-};
-
-/// The member of StopRule that ends the rendering now ("passes", "seconds", "relative_error"), or null.
-const char* reached(const StopRule& stop, const Progress& progress);
-
-/// Estimated seconds until the rule is met, the error falling with the square root of time; nothing where that
-/// cannot be told yet.
-std::optional<double> seconds_left(const StopRule& stop, const Progress& progress);
 
 /// One line such as `[#####-----]  51 %  pass 33  12.4 s  error 0.0312  ETA 12 s`, at most `columns` long.
 std::string progress_line(const StopRule& stop, const Progress& progress, int columns);

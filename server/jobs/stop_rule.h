@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/film/film.h"
+#include "core/render/settings.h"
+
+namespace photond {
+
+/// How far a rendering is.
+struct Progress {
+  std::uint32_t passes = 0;
+  double seconds = 0;      ///< of its own computing
+  ErrorEstimate error;
+};
+
+/// The member of StopRule that ends the rendering now ("passes", "seconds", "relative_error"), or null.
+const char* rule_met(const StopRule& stop, const Progress& progress);
+
+/// Expected seconds of computing until `stop` holds, from what is done so far; nothing where unknown.
+std::optional<double> remaining_seconds(const StopRule& stop, const Progress& progress);
+
+}  // namespace photond
