@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cstdio>
 #include <iostream>
-#include <map>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -23,10 +22,6 @@ bool parse_size(const std::string& text, RenderSettings& settings) {
 }
 
 void add_render_settings(CLI::App& app, RenderCommand& command) {
-  static const std::map<std::string, Method> kMethods = {{"auto", Method::automatic},
-                                                         {"path", Method::path},
-                                                         {"photon_map", Method::photon_map},
-                                                         {"progressive", Method::progressive}};
   app.add_option("--camera", command.camera, "Name or index of the camera (default: the first)");
   app.add_option_function<std::string>(
          "--size",
@@ -35,8 +30,14 @@ void add_render_settings(CLI::App& app, RenderCommand& command) {
          },
          "Pixels of the picture, as 640x360 (default: 512x512)")
       ->type_name("WxH");
-  app.add_option("--method", command.settings.method, "auto, path, photon_map or progressive (default: auto)")
-      ->transform(CLI::CheckedTransformer(kMethods).description(""))
+  app.add_option_function<std::string>(
+         "--method",
+         [&command](const std::string& text) {
+           const auto method = method_from_name(text.c_str());
+           if (!method) throw CLI::ValidationError("--method", "expects auto, path, photon_map or progressive");
+           command.settings.method = *method;
+         },
+         "auto, path, photon_map or progressive (default: auto)")
       ->type_name("NAME");
   app.add_option("--photons", command.photons.photons_per_pass, "Photon paths emitted per pass")
       ->capture_default_str();

@@ -24,13 +24,25 @@ StopRule stop_of(const RenderCommand& command) {
   return stop.passes || stop.seconds || stop.relative_error ? stop : kDefaultStop;
 }
 
+/// The option behind a place in the settings, which are named as in a job message.
+std::string option_of(const std::string& pointer) {
+  static constexpr std::pair<const char*, const char*> kOptions[] = {
+      {"/photons_per_pass", "--photons"}, {"/film/width", "--size"},     {"/film/height", "--size"},
+      {"/radius", "--radius"},            {"/stop/passes", "--passes"},  {"/stop/seconds", "--seconds"},
+      {"/stop/relative_error", "--error"}};
+  for (const auto& [place, option] : kOptions) {
+    if (pointer == place) return option;
+  }
+  return pointer;
+}
+
 /// Everything that can be refused before work begins.
 int check(const RenderCommand& command) {
   for (const std::string& output : command.outputs) {
     if (!format_of(output)) return print_usage_error(output + ": a picture's name ends in .exr, .png or .jpg");
   }
   if (const auto settings = check_settings(command.photons, command.settings, stop_of(command)); !settings) {
-    return print_usage_error(settings.error().where + ": " + settings.error().message);
+    return print_usage_error(option_of(settings.error().where) + ": " + settings.error().message);
   }
   for (const std::string& output : command.outputs) {
     if (const auto writable = check_writable(output); !writable) return print_failure(output, writable.error());

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace photond::test {
+
+/// What a finished run of the program left.
+struct Run {
+  int code = -1;       ///< exit code, or 128 + the signal that killed it
+  std::string out;
+  std::string err;
+};
+
+/// Runs the built program with its output in files (so: no terminal) and waits for its end. With `interrupt`, SIGINT
+/// is sent that many seconds after the start.
+Run run_photond(const std::vector<std::string>& arguments, double interrupt = 0);
+
+/// A new empty folder, removed with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  /// The path of a file in it.
+  std::string file(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+std::string read_text(const std::filesystem::path& file);
+void write_text(const std::filesystem::path& file, const std::string& text);
+
+/// Writes `scene.gltf` and its buffer `scene.bin` into the folder and returns the path of the former: a white floor
+/// of 2 m × 2 m below a square lamp, with a camera named "above". `buffer` is the buffer's URI.
+std::string write_scene(const std::filesystem::path& folder, const std::string& buffer = "scene.bin");
+
+}  // namespace photond::test

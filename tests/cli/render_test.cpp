@@ -1,0 +1,112 @@
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/film/encode.h"
+#include "server/cli/picture.h"
+#include "tests/cli/program.h"
+
+namespace photond::test {
+namespace {
+
+class RenderCommandTest : public ::testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  std::string scene_ = write_scene(folder_.path());
+  std::string exr_ = folder_.file("out.exr");
+  std::string report_ = folder_.file("report.json");
+
+  nlohmann::json report() const { return nlohmann::json::parse(read_text(report_)); }
+};
+
+TEST_F(RenderCommandTest, WritesEveryFormatAndTheReport) {
+  const std::string png = folder_.file("out.PNG");
+  const std::string jpg = folder_.file("out.jpg");
+  const Run run = run_photond({"render", scene_, "-o", exr_, "-o", png, "-o", jpg, "--size", "48x32", "--passes", "4",
+                               "--camera", "above", "--method", "progressive", "--photons", "5000", "--seed", "7",
+                               "--report", report_});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(run.err.find("progressive: 4 passes in "), 0u) << run.err;
+  EXPECT_EQ(run.err.find('\r'), std::string::npos) << "a progress bar where there is no terminal";
+
+  const auto image = read_picture(exr_);
+  ASSERT_TRUE(image.ok()) << image.error().message;
+  EXPECT_EQ(image->width, 48);
+  EXPECT_EQ(image->height, 32);
+  double sum = 0;
+  for (const Rgb& pixel : image->pixels) sum += luminance(pixel);
+  EXPECT_GT(sum, 0);
+  EXPECT_EQ(read_text(png).substr(1, 3), "PNG");
+  EXPECT_EQ(read_text(jpg).substr(0, 2), "\xff\xd8");
+
+  const nlohmann::json json = report();
+  EXPECT_EQ(json["passes"], 4);
+  EXPECT_EQ(json["stopped_by"], "passes");
+  EXPECT_EQ(json["settings"]["method"], "progressive");
+  EXPECT_EQ(json["settings"]["seed"], 7);
+  EXPECT_EQ(json["plan"]["method"], "progressive");
+  EXPECT_EQ(json["scene"]["counts"]["triangles"], 4);
+  EXPECT_EQ(json["series"].size(), 4u);
+  EXPECT_EQ(json["series"].back()["passes"], 4);
+  EXPECT_GT(json["error"]["relative"], 0);
+  EXPECT_GT(json["seconds"]["render"], 0);
+  EXPECT_EQ(json["maps"]["built"], 4);
+  EXPECT_EQ(json["maps"]["emitted_paths"], 4 * 5000);
+  const auto& energy = json["maps"]["energy"];
+  const double spent = energy["absorbed"].get<double>() + energy["escaped"].get<double>() +
+                       energy["truncated"].get<double>() + energy["rejected"].get<double>();
+  EXPECT_NEAR(spent / energy["emitted"].get<double>(), 1, 1e-6) << "the ledger must close";
+}
+
+TEST_F(RenderCommandTest, TheThreadCountDoesNotChangeABit) {
+  const std::string other = folder_.file("other.exr");
+  for (const char* method : {"path", "photon_map", "progressive"}) {
+    const auto render = [&](const std::string& output, const std::string& threads) {
+      return run_photond({"render", scene_, "-o", output, "--size", "40x40", "--passes", "2", "--method", method,
+                          "--photons", "3000", "--threads", threads})
+          .code;
+    };
+    ASSERT_EQ(render(exr_, "1"), 0);
+    ASSERT_EQ(render(other, "4"), 0);
+    const auto a = read_picture(exr_);
+    const auto b = read_picture(other);
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_EQ(a->pixels, b->pixels) << method;
+  }
+}
+
+TEST_F(RenderCommandTest, StopsByTimeAndByError) {
+  const std::vector<std::string> base = {"render", scene_, "-o", exr_, "--size", "32x32", "--method", "path",
+                                         "--report", report_};
+  auto timed = base;
+  timed.insert(timed.end(), {"--seconds", "0.3"});
+  ASSERT_EQ(run_photond(timed).code, 0);
+  EXPECT_EQ(report()["stopped_by"], "seconds");
+  EXPECT_GE(report()["seconds"]["render"], 0.3);
+
+  auto exact = base;
+  exact.insert(exact.end(), {"--error", "0.2", "--seconds", "60"});
+  ASSERT_EQ(run_photond(exact).code, 0);
+  EXPECT_EQ(report()["stopped_by"], "relative_error");
+  EXPECT_LE(report()["error"]["relative"], 0.2);
+}
+
+TEST_F(RenderCommandTest, AnInterruptWritesWhatThereIs) {
+  const Run run = run_photond({"render", scene_, "-o", exr_, "--size", "32x32", "--method", "path", "--seconds", "60",
+                               "--report", report_},
+                              2);
+  EXPECT_EQ(run.code, 130) << run.err;
+  EXPECT_TRUE(read_picture(exr_).ok());
+  EXPECT_EQ(report()["stopped_by"], "interrupt");
+  EXPECT_LT(report()["seconds"]["render"], 30);
+}
+
+TEST_F(RenderCommandTest, AnUnknownCameraIsRefusedWithTheKnownOnes) {
+  const Run run = run_photond({"render", scene_, "-o", exr_, "--camera", "below"});
+  EXPECT_EQ(run.code, 1);
+  EXPECT_NE(run.err.find("'above'"), std::string::npos) << run.err;
+  EXPECT_FALSE(std::filesystem::exists(exr_));
+}
+
+}  // namespace
+}  // namespace photond::test
