@@ -1,0 +1,101 @@
+import { reached } from './events';
+import type { FrameKey } from './frames';
+import { WireError, type Parser } from './parse';
+import {
+  parse_info, parse_job, parse_jobs, parse_problem, parse_report, parse_scenes, parse_series,
+  type Job, type JobRequest, type Problem, type SceneReport,
+} from './wire';
+
+/** Why a request brought nothing: the server did not answer, or answered with a problem. */
+export type Failure = { kind: 'away' } | { kind: 'problem'; status: number; problem: Problem };
+export type Answer<T> = { ok: true; value: T } | { ok: false; failure: Failure };
+
+/** Decoded pixels and the revision they are of. */
+export interface FramePicture {
+  bitmap: ImageBitmap;
+  revision: number;
+}
+
+export type FrameFormat = 'png' | 'jpg' | 'exr';
+
+export const api = {
+  info: () => ask('v1/info', parse_info),
+  scenes: () => ask('v1/scenes', parse_scenes),
+  scene: (id: string) => ask(`v1/scenes/${id}`, parse_report),
+  jobs: () => ask('v1/jobs?limit=50', parse_jobs),
+  job: (id: string) => ask(`v1/jobs/${id}`, parse_job),
+  series: (id: string) => ask(`v1/jobs/${id}/series`, parse_series),
+  upload: (file: Blob, media_type: string): Promise<Answer<SceneReport>> =>
+    ask('v1/scenes', parse_report, { method: 'POST', body: file, headers: { 'Content-Type': media_type } }),
+  submit: (job: JobRequest): Promise<Answer<Job>> =>
+    ask('v1/jobs', parse_job, {
+      method: 'POST',
+      body: JSON.stringify(job),
+      headers: { 'Content-Type': 'application/json' },
+    }),
+  cancel: (id: string) => ask(`v1/jobs/${id}/cancel`, parse_job, { method: 'POST' }),
+};
+
+export function frame_url(job: string, revision: number | 'latest', format: FrameFormat): string {
+  return `v1/jobs/${job}/frames/${revision}.${format}`;
+}
+
+/** Events of all jobs, from now on. */
+export const kEventsUrl = 'v1/events';
+
+/** A sentence for people. */
+export function describe(failure: Failure): string {
+  if (failure.kind === 'away') return 'The server does not answer.';
+  const { title, detail } = failure.problem;
+  return sentence(detail || title || `The server answered ${failure.status}.`);
+}
+
+/** The picture of `key`, or the newest where that one is not kept any more; null where there is none to be had. */
+export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<FramePicture | null> {
+  const format = key.lossless ? 'png' : 'jpg';
+  let response = await reached(fetch(frame_url(key.job, key.revision, format), { signal }));
+  if (response?.status === 404) response = await reached(fetch(frame_url(key.job, 'latest', format), { signal }));
+  if (!response || response.status !== 200) return null;
+  const blob = await reached(response.blob());
+  if (!blob) return null;
+  return { bitmap: await createImageBitmap(blob), revision: revision_of(response) ?? key.revision };
+}
+
+/** The revision that Content-Location names (`…/frames/7.jpg`). */
+function revision_of(response: Response): number | null {
+  const found = /\/frames\/(\d+)\.\w+$/.exec(response.headers.get('Content-Location') ?? '');
+  return found ? Number(found[1]) : null;
+}
+
+async function ask<T>(path: string, parser: Parser<T>, init: RequestInit = {}): Promise<Answer<T>> {
+  const response = await reached(fetch(path, { cache: 'no-store', ...init }));
+  const body = response && await reached(response.text());
+  if (!response || body === null) return { ok: false, failure: { kind: 'away' } };
+  if (!response.ok) return { ok: false, failure: refusal(response.status, body) };
+  try {
+    return { ok: true, value: parser(JSON.parse(body), '') };
+  } catch (error) {
+    return { ok: false, failure: { kind: 'problem', status: response.status, problem: unreadable(path, error) } };
+  }
+}
+
+function refusal(status: number, body: string): Failure {
+  // A gateway in front of the service answers for a service that is away.
+  if (status === 502 || status === 504) return { kind: 'away' };
+  try {
+    return { kind: 'problem', status, problem: parse_problem(JSON.parse(body), '') };
+  } catch (error) {
+    if (!(error instanceof SyntaxError || error instanceof WireError)) throw error;
+    return { kind: 'problem', status, problem: { title: '', detail: `The server answered ${status}.`, pointer: '' } };
+  }
+}
+
+function unreadable(path: string, error: unknown): Problem {
+  if (!(error instanceof SyntaxError || error instanceof WireError)) throw error;
+  return { title: '', detail: `The server's answer to ${path} is not understood: ${error.message}.`, pointer: '' };
+}
+
+function sentence(words: string): string {
+  const start = words.charAt(0).toUpperCase() + words.slice(1);
+  return /[.!?]$/.test(start) ? start : `${start}.`;
+}

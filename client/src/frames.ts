@@ -1,0 +1,71 @@
+import type { FramePicture } from './api';
+
+/** Names one picture: a revision of a job's. */
+export interface FrameKey {
+  job: string;
+  revision: number;
+  /** Fetched without loss; a better form of the same revision. */
+  lossless: boolean;
+}
+
+/** Whether `candidate` should replace `shown`: never a picture of another job or an older one. */
+export function supersedes(candidate: FrameKey, shown: FrameKey | null, job: string | null): boolean {
+  if (candidate.job !== job) return false;
+  if (!shown || shown.job !== job) return true;
+  if (candidate.revision !== shown.revision) return candidate.revision > shown.revision;
+  return candidate.lossless && !shown.lossless;
+}
+
+type Load = (key: FrameKey, signal: AbortSignal) => Promise<FramePicture | null>;
+
+/**
+ * Fetches the pictures that are announced, one at a time: while one is on its way only the newest announcement is
+ * remembered, so that a slow line skips pictures. What arrives late, for another job or an older revision, is dropped.
+ */
+export class FrameLoader {
+  private job: string | null = null;
+  private shown: FrameKey | null = null;
+  private loading: { key: FrameKey; abort: AbortController } | null = null;
+  private next: FrameKey | null = null;
+
+  /** `load` answers null where the picture cannot be had; `show` receives those that count. */
+  constructor(private readonly load: Load, private readonly show: (picture: FramePicture, key: FrameKey) => void) {}
+
+  /** From now on only pictures of `job` count. */
+  watch(job: string | null): void {
+    if (job === this.job) return;
+    this.job = job;
+    this.shown = null;
+    this.next = null;
+    this.loading?.abort.abort();
+    this.loading = null;
+  }
+
+  /** There is such a picture. */
+  announce(key: FrameKey): void {
+    if (!supersedes(key, this.shown, this.job)) return;
+    if (this.loading && !supersedes(key, this.loading.key, this.job)) return;
+    if (this.next && !supersedes(key, this.next, this.job)) return;
+    this.next = key;
+    if (!this.loading) void this.run();
+  }
+
+  private async run(): Promise<void> {
+    while (this.next) {
+      const loading = { key: this.next, abort: new AbortController() };
+      this.loading = loading;
+      this.next = null;
+      const picture = await this.load(loading.key, loading.abort.signal);
+      if (this.loading !== loading) return; // another job is watched since
+      this.loading = null;
+      if (picture) this.accept(picture, { ...loading.key, revision: picture.revision });
+    }
+  }
+
+  private accept(picture: FramePicture, key: FrameKey): void {
+    if (!supersedes(key, this.shown, this.job)) return;
+    this.shown = key;
+    this.show(picture, key);
+    if (this.next && !supersedes(this.next, this.shown, this.job)) this.next = null;
+  }
+}

@@ -1,0 +1,184 @@
+import type { Failure } from './api';
+import { describe } from './api';
+import { by_id, make, set_children, set_text } from './dom';
+import { kMethodHints } from './names';
+import { SceneReportView } from './scene_report';
+import { chosen_report, type State } from './state';
+import type { JobRequest, Method, Scene } from './wire';
+
+export interface JobFormHandlers {
+  on_scene(id: string): void;
+  on_file(file: File): void;
+  on_submit(request: JobRequest): void;
+}
+
+/** Fields by the JSON pointer of what they set: the input to mark, and where the message goes. */
+const kFields: Record<string, { input: string; error: string }> = {
+  '/scene': { input: 'scene', error: 'scene-error' },
+  '/camera': { input: 'camera', error: 'camera-error' },
+  '/film': { input: 'width', error: 'film-error' },
+  '/film/width': { input: 'width', error: 'film-error' },
+  '/film/height': { input: 'height', error: 'film-error' },
+  '/method': { input: 'method', error: 'method-error' },
+  '/stop': { input: 'stop-passes', error: 'stop-error' },
+  '/stop/passes': { input: 'stop-passes', error: 'stop-error' },
+  '/stop/seconds': { input: 'stop-seconds', error: 'stop-error' },
+  '/stop/relative_error': { input: 'stop-relative', error: 'stop-error' },
+  '/photons_per_pass': { input: 'photons', error: 'photons-error' },
+  '/seed': { input: 'seed', error: 'seed-error' },
+};
+
+/** What the form asks for. */
+export class JobForm {
+  private readonly form = by_id('job-form', HTMLFormElement);
+  private readonly scene = by_id('scene', HTMLSelectElement);
+  private readonly camera = by_id('camera', HTMLSelectElement);
+  private readonly start = by_id('start', HTMLButtonElement);
+  private readonly failure = by_id('form-error', HTMLElement);
+  private readonly report = new SceneReportView();
+
+  constructor(private readonly handlers: JobFormHandlers) {
+    this.scene.addEventListener('change', () => handlers.on_scene(this.scene.value));
+    this.form.addEventListener('submit', (event) => this.submit(event));
+    this.form.addEventListener('change', () => this.show_hint());
+    this.form.addEventListener('input', () => this.clear_errors());
+    // The browser points at what is invalid only where it can be seen.
+    this.form.addEventListener('invalid', () => { by_id('more', HTMLDetailsElement).open = true; }, true);
+    take_files(handlers.on_file);
+    this.show_hint();
+  }
+
+  render(state: State): void {
+    set_children(this.scene, JSON.stringify(state.scenes), () => scene_options(state.scenes));
+    if (state.scene !== null) this.scene.value = state.scene;
+    const report = chosen_report(state);
+    this.report.render(report);
+    const cameras = report && typeof report !== 'string' ? report.cameras : [];
+    set_children(this.camera, JSON.stringify([state.scene, cameras]), () =>
+      cameras.map((name, index) => make('option', { value: String(index) }, name || `Camera ${index + 1}`)));
+    this.camera.disabled = cameras.length < 2;
+  }
+
+  /** While a request is on its way the form cannot be sent again. */
+  set_busy(busy: boolean): void {
+    this.start.disabled = busy;
+    set_text(this.start, busy ? 'Starting …' : 'Start');
+  }
+
+  /** How an upload goes; `failed` where it did not work. */
+  show_upload(text: string, failed = false): void {
+    const status = by_id('upload-status', HTMLElement);
+    status.dataset['failed'] = String(failed);
+    set_text(status, text);
+  }
+
+  /** Says at the field, or else below the button, why the job was refused. */
+  show_failure(failure: Failure): void {
+    const pointer = failure.kind === 'problem' ? failure.problem.pointer : '';
+    const words = describe(failure);
+    const field = kFields[pointer];
+    if (field) this.mark(field, words);
+    else show(this.failure, words);
+  }
+
+  private submit(event: SubmitEvent): void {
+    event.preventDefault();
+    this.clear_errors();
+    const request = this.read();
+    if (!request.scene) return this.mark(kFields['/scene']!, 'Choose a scene first.');
+    if (Object.keys(request.stop).length === 0) return this.mark(kFields['/stop']!, 'Give at least one of these.');
+    this.handlers.on_submit(request);
+  }
+
+  private read(): JobRequest {
+    const stop: JobRequest['stop'] = {};
+    if (given('stop-passes')) stop.passes = value_of('stop-passes');
+    if (given('stop-seconds')) stop.seconds = value_of('stop-seconds');
+    if (given('stop-relative')) stop.relative_error = value_of('stop-relative') / 100;
+    return {
+      scene: this.scene.value,
+      camera: Math.max(0, this.camera.selectedIndex),
+      film: { width: value_of('width'), height: value_of('height') },
+      method: this.method(),
+      photons_per_pass: value_of('photons'),
+      seed: value_of('seed'),
+      stop,
+    };
+  }
+
+  private method(): Method {
+    return String(new FormData(this.form).get('method')) as Method;
+  }
+
+  private show_hint(): void {
+    set_text(by_id('method-hint', HTMLElement), kMethodHints[this.method()]);
+  }
+
+  private mark(field: { input: string; error: string }, words: string): void {
+    const input = by_id(field.input, HTMLElement);
+    input.setAttribute('aria-invalid', 'true');
+    show(by_id(field.error, HTMLElement), words);
+    if (by_id('more', HTMLElement).contains(input)) by_id('more', HTMLDetailsElement).open = true;
+    input.focus();
+  }
+
+  private clear_errors(): void {
+    for (const { input, error } of Object.values(kFields)) {
+      by_id(input, HTMLElement).removeAttribute('aria-invalid');
+      by_id(error, HTMLElement).hidden = true;
+    }
+    this.failure.hidden = true;
+  }
+}
+
+function scene_options(scenes: Scene[]): Node[] {
+  const group = (label: string, members: Scene[]) =>
+    members.length === 0 ? [] : [make('optgroup', { label }, ...members.map(scene_option))];
+  return [
+    ...group('Samples', scenes.filter((scene) => scene.sample)),
+    ...group('Uploaded', scenes.filter((scene) => !scene.sample)),
+  ];
+}
+
+function scene_option(scene: Scene): HTMLOptionElement {
+  return make('option', { value: scene.id }, scene.name.replaceAll('_', ' ') || `Scene ${scene.id.slice(0, 8)}`);
+}
+
+/** Files come by the file field or by dropping them anywhere on the page. */
+function take_files(on_file: (file: File) => void): void {
+  const input = by_id('file', HTMLInputElement);
+  input.addEventListener('change', () => {
+    const file = input.files?.[0];
+    input.value = ''; // so that the same file may be chosen again
+    if (file) on_file(file);
+  });
+  const targets = [by_id('stage', HTMLElement), by_id('drop', HTMLElement)];
+  const mark = (dropping: boolean) => targets.forEach((target) => target.toggleAttribute('data-dropping', dropping));
+  const has_files = (event: DragEvent) => event.dataTransfer?.types.includes('Files') ?? false;
+  addEventListener('dragover', (event) => {
+    if (!has_files(event)) return;
+    event.preventDefault();
+    mark(true);
+  });
+  addEventListener('dragleave', (event) => { if (event.relatedTarget === null) mark(false); });
+  addEventListener('drop', (event) => {
+    if (!has_files(event)) return;
+    event.preventDefault();
+    mark(false);
+    const file = event.dataTransfer?.files[0];
+    if (file) on_file(file);
+  });
+}
+
+function given(id: string): boolean {
+  return by_id(id, HTMLInputElement).value !== '';
+}
+
+function value_of(id: string): number {
+  return by_id(id, HTMLInputElement).valueAsNumber;
+}
+
+function show(element: HTMLElement, words: string): void {
+  set_text(element, words);
+  element.hidden = false;
+}

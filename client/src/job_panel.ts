@@ -1,0 +1,126 @@
+import { frame_url } from './api';
+import { draw_chart } from './chart';
+import { by_id, make, set_children, set_text } from './dom';
+import { format_count, format_percent, format_seconds } from './format';
+import { kMethodNames, kStateNames, job_title } from './names';
+import { scene_name, watched_job, type State } from './state';
+import { is_terminal, type Job, type Plan } from './wire';
+
+/** How far `job` is towards the first of its stop rules, 0 … 1; null where that cannot be said. */
+export function progress_of(job: Job): number | null {
+  if (job.state === 'succeeded') return 1;
+  const { passes, seconds, relative_error } = job.stop;
+  const parts: number[] = [];
+  if (passes) parts.push(job.passes / passes);
+  if (seconds) parts.push(job.seconds / seconds);
+  // Noise falls with the square root of the work.
+  if (relative_error && job.error) parts.push((relative_error / job.error) ** 2);
+  return parts.length > 0 ? Math.min(1, Math.max(...parts)) : null;
+}
+
+/** The numbers, the plan and the actions of the watched job. */
+export class JobPanel {
+  private readonly root = by_id('job', HTMLElement);
+  private readonly title = by_id('job-title', HTMLElement);
+  private readonly state = by_id('job-state', HTMLElement);
+  private readonly cancel = by_id('cancel', HTMLButtonElement);
+  private readonly progress = by_id('progress', HTMLProgressElement);
+  private readonly announce = by_id('announce', HTMLElement);
+  private charted = '';
+
+  constructor(on_cancel: (job: string) => void) {
+    this.cancel.addEventListener('click', () => {
+      const id = this.root.dataset['job'];
+      if (id) on_cancel(id);
+    });
+  }
+
+  render(state: State): void {
+    const job = watched_job(state);
+    this.root.hidden = job === null;
+    set_text(this.announce, job ? `${job_title(state, job)}: ${kStateNames[job.state]}` : '');
+    if (!job) return;
+    this.root.dataset['job'] = job.id;
+    set_text(this.title, job_title(state, job));
+    set_text(this.state, kStateNames[job.state]);
+    this.state.dataset['state'] = job.state;
+    this.cancel.hidden = is_terminal(job.state);
+    this.cancel.disabled = job.state === 'canceling';
+    by_id('job-biased', HTMLElement).hidden = !job.plan?.biased;
+    render_progress(this.progress, job);
+    render_failure(job);
+    render_numbers(job);
+    render_downloads(job, scene_name(state, job.scene));
+    render_plan(job.plan);
+    this.render_chart(state, job);
+  }
+
+  /** Moves the keyboard and the eye to the job. */
+  focus(): void {
+    this.title.focus();
+    by_id('stage', HTMLElement).scrollIntoView({ block: 'nearest' });
+  }
+
+  private render_chart(state: State, job: Job): void {
+    by_id('chart-figure', HTMLElement).hidden = state.series.length < 2;
+    const key = `${job.id} ${state.series.length} ${state.series.at(-1)?.seconds}`;
+    if (key === this.charted) return;
+    this.charted = key;
+    draw_chart(by_id('chart', SVGSVGElement), state.series, job.stop.relative_error);
+  }
+}
+
+function render_progress(bar: HTMLProgressElement, job: Job): void {
+  const fraction = progress_of(job);
+  bar.hidden = is_terminal(job.state);
+  if (fraction === null) bar.removeAttribute('value');
+  else bar.value = fraction;
+}
+
+function render_failure(job: Job): void {
+  const failure = by_id('failure', HTMLElement);
+  failure.hidden = job.state !== 'failed';
+  set_text(failure, job.failure ?? 'The job failed.');
+}
+
+function render_numbers(job: Job): void {
+  const { passes, seconds, relative_error } = job.stop;
+  number('passes', format_count(job.passes), passes && `of ${format_count(passes)}`);
+  number('seconds', format_seconds(job.seconds), seconds && `of ${format_seconds(seconds)}`);
+  number('error', job.error === null ? '–' : format_percent(job.error), relative_error && `to ${format_percent(relative_error)}`);
+  number('eta', job.eta_seconds === null ? '–' : format_seconds(job.eta_seconds), null);
+  number('maps', `${format_count(job.map_hits)} reused`, `${format_count(job.map_misses)} built`);
+  number('first-frame', job.first_frame_seconds === null ? '–' : format_seconds(job.first_frame_seconds), null);
+}
+
+/** A number with what it is measured against in small. */
+function number(id: string, value: string, beside: string | number | null): void {
+  const element = by_id(id, HTMLElement);
+  set_children(element, `${value} ${beside ?? ''}`, () => (beside ? [new Text(`${value} `), make('small', {}, String(beside))] : [new Text(value)]));
+}
+
+function render_downloads(job: Job, scene: string): void {
+  for (const format of ['png', 'exr'] as const) {
+    const link = by_id(`download-${format}`, HTMLAnchorElement);
+    link.hidden = job.revision === 0;
+    link.setAttribute('href', frame_url(job.id, 'latest', format));
+    link.setAttribute('aria-label', `Download ${format.toUpperCase()}`);
+    link.download = `${file_stem(scene)}-${job.id}.${format}`;
+  }
+}
+
+function file_stem(name: string): string {
+  return name.replace(/\.\w+$/, '').replace(/[^\w-]+/g, '_').slice(0, 60);
+}
+
+function render_plan(plan: Plan | null): void {
+  by_id('plan', HTMLElement).hidden = !plan;
+  if (!plan) return;
+  set_text(by_id('plan-method', HTMLElement), kMethodNames[plan.method]);
+  set_children(by_id('plan-items', HTMLElement), JSON.stringify(plan.items), () =>
+    plan.items.map((item) =>
+      make('li', { 'data-active': String(item.active) },
+        make('b', {}, item.feature.replaceAll('_', ' ')),
+        make('span', { class: 'unseen' }, item.active ? ' (used)' : ' (not used)'),
+        `: ${item.reason}`)));
+}

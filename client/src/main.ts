@@ -1,0 +1,200 @@
+import { api, describe, kEventsUrl, load_frame, type Failure } from './api';
+import { by_id, set_text } from './dom';
+import { follow } from './events';
+import { FrameLoader } from './frames';
+import { JobForm } from './job_form';
+import { JobList } from './job_list';
+import { JobPanel } from './job_panel';
+import { kStateNames, job_title } from './names';
+import { WireError } from './parse';
+import type { SseMessage } from './sse';
+import { find_job, kInitialState, reduce, watched_job, type Action, type State } from './state';
+import { Viewer } from './viewer';
+import { is_terminal, parse_event, type Job, type JobEvent, type JobRequest } from './wire';
+
+let state: State = kInitialState;
+let rendering = false;
+let stream: { stop(): void } | null = null;
+
+const viewer = new Viewer();
+const panel = new JobPanel((id) => void cancel(id));
+const list = new JobList();
+const form = new JobForm({
+  on_scene: (scene) => choose_scene(scene),
+  on_file: (file) => void upload(file),
+  on_submit: (request) => void submit(request),
+});
+const frames = new FrameLoader(load_frame, (picture, key) => {
+  const job = find_job(state, key.job);
+  const name = job ? job_title(state, job) : 'the job';
+  viewer.draw(picture, key, `Picture of ${name}, revision ${key.revision}`);
+});
+
+function dispatch(action: Action): void {
+  state = reduce(state, action);
+  if (rendering) return;
+  rendering = true;
+  queueMicrotask(() => {
+    rendering = false;
+    render();
+  });
+}
+
+function render(): void {
+  const job = watched_job(state);
+  viewer.render(job, state.watched_missing);
+  panel.render(state);
+  form.render(state);
+  list.render(state);
+  const server = by_id('server', HTMLElement);
+  server.dataset['server'] = state.server;
+  set_text(server, server_text());
+  const notice = by_id('notice', HTMLElement);
+  notice.hidden = state.notice === null;
+  set_text(notice, state.notice ?? '');
+  document.title = job ? `${job_title(state, job)}: ${kStateNames[job.state]} – photond` : 'photond';
+}
+
+function server_text(): string {
+  switch (state.server) {
+    case 'connecting': return 'Connecting …';
+    case 'away': return 'No connection to the server; trying again …';
+    case 'online': return state.info ? `Connected to photond ${state.info.version}` : 'Connected';
+  }
+}
+
+/** Shows why a request in the background brought nothing. That the server is away shows by the stream. */
+function note_failure(failure: Failure): void {
+  if (failure.kind === 'problem') dispatch({ type: 'notice', text: describe(failure) });
+}
+
+/** Brings everything up to date; events tell of what comes after. */
+async function load_all(): Promise<void> {
+  if (state.watched !== null) void load_watched(state.watched);
+  const [info, scenes, jobs] = await Promise.all([api.info(), api.scenes(), api.jobs()]);
+  if (info.ok) dispatch({ type: 'info', info: info.value });
+  else note_failure(info.failure);
+  if (jobs.ok) dispatch({ type: 'jobs', jobs: jobs.value });
+  else note_failure(jobs.failure);
+  if (scenes.ok) dispatch({ type: 'scenes', scenes: scenes.value });
+  else note_failure(scenes.failure);
+  if (state.scene !== null) await load_report(state.scene);
+}
+
+function choose_scene(scene: string): void {
+  dispatch({ type: 'scene_chosen', scene });
+  void load_report(scene);
+}
+
+async function load_report(scene: string): Promise<void> {
+  if (typeof state.reports[scene] === 'object') return;
+  const report = await api.scene(scene);
+  if (report.ok) dispatch({ type: 'report', scene, report: report.value });
+  else if (report.failure.kind === 'problem') dispatch({ type: 'report', scene, report: describe(report.failure) });
+}
+
+async function upload(file: File): Promise<void> {
+  const is_zip = file.name.toLowerCase().endsWith('.zip');
+  const limit = state.info?.limits.max_upload_bytes;
+  if (limit && file.size > limit) return form.show_upload(`${file.name} is larger than the server accepts.`, true);
+  form.show_upload(`Sending ${file.name} …`);
+  const answer = await api.upload(file, is_zip ? 'application/zip' : 'model/gltf-binary');
+  if (answer.ok) {
+    form.show_upload(`${file.name} is ready.`);
+    dispatch({ type: 'scene_added', report: { ...answer.value, name: answer.value.name || file.name } });
+  } else {
+    form.show_upload(`${file.name}: ${describe(answer.failure)}`, true);
+  }
+}
+
+async function submit(request: JobRequest): Promise<void> {
+  form.set_busy(true);
+  const scene = state.scenes.find((known) => known.id === request.scene);
+  const label = scene && !scene.sample ? scene.name : '';
+  const answer = await api.submit({ ...request, label });
+  form.set_busy(false);
+  if (!answer.ok) return form.show_failure(answer.failure);
+  dispatch({ type: 'job', job: answer.value });
+  location.hash = `job=${answer.value.id}`;
+  watch_hash();
+  queueMicrotask(() => panel.focus());
+}
+
+async function cancel(id: string): Promise<void> {
+  const answer = await api.cancel(id);
+  if (answer.ok) dispatch({ type: 'job', job: answer.value });
+  else if (answer.failure.kind === 'problem' && answer.failure.status === 409) await load_job(id); // it has ended
+  else dispatch({ type: 'notice', text: describe(answer.failure) });
+}
+
+function watch_hash(): void {
+  const id = /^#job=([\w-]+)$/.exec(location.hash)?.[1] ?? null;
+  if (id !== state.watched) watch(id);
+}
+
+/** Shows this job from now on. */
+function watch(id: string | null): void {
+  dispatch({ type: 'watch', job: id });
+  frames.watch(id);
+  if (id !== null) void load_watched(id);
+}
+
+async function load_watched(id: string): Promise<void> {
+  const [, series] = await Promise.all([load_job(id), api.series(id)]);
+  if (series.ok) dispatch({ type: 'series', job: id, points: series.value });
+}
+
+/** Fetches a job and its newest picture. */
+async function load_job(id: string): Promise<void> {
+  const answer = await api.job(id);
+  if (answer.ok) {
+    dispatch({ type: 'job', job: answer.value });
+    announce_frame(id, answer.value);
+  } else if (answer.failure.kind === 'problem' && answer.failure.status === 404) {
+    dispatch({ type: 'job_missing', job: id });
+  } else {
+    note_failure(answer.failure);
+  }
+}
+
+/** One stream tells of all jobs. It is open only while somebody can see the page: browsers allow few connections. */
+function follow_events(): void {
+  stream?.stop();
+  stream = document.hidden ? null : follow(kEventsUrl, {
+    on_open: () => {
+      dispatch({ type: 'server', server: 'online' });
+      void load_all();
+    },
+    on_message: take_message,
+    on_lost: () => dispatch({ type: 'server', server: 'away' }),
+  });
+}
+
+function take_message(message: SseMessage): void {
+  if (!['state', 'progress', 'frame'].includes(message.event)) return;
+  try {
+    take_event(parse_event(JSON.parse(message.data), ''));
+  } catch (error) {
+    if (!(error instanceof SyntaxError || error instanceof WireError)) throw error;
+    dispatch({ type: 'notice', text: `An event of the server is not understood: ${error.message}.` });
+  }
+}
+
+function take_event(event: JobEvent): void {
+  const before = find_job(state, event.job);
+  dispatch({ type: 'event', event });
+  announce_frame(event.job, event);
+  // Events carry numbers; what else changes with the state or the first picture is in the job.
+  if (before?.state !== event.state || (before.revision === 0 && event.revision > 0)) void load_job(event.job);
+}
+
+function announce_frame(job: string, { revision, state: now }: Pick<Job, 'revision' | 'state'>): void {
+  if (revision > 0) frames.announce({ job, revision, lossless: is_terminal(now) });
+}
+
+addEventListener('hashchange', watch_hash);
+document.addEventListener('visibilitychange', follow_events);
+
+render();
+watch_hash();
+follow_events();

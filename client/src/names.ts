@@ -1,0 +1,23 @@
+import { scene_name, type State } from './state';
+import type { Job, JobState, Method } from './wire';
+
+export const kStateNames: Record<JobState, string> = {
+  queued: 'Queued', preparing: 'Preparing', rendering: 'Rendering', finalizing: 'Finishing', succeeded: 'Done',
+  canceling: 'Canceling', canceled: 'Canceled', failed: 'Failed',
+};
+
+export const kMethodNames: Record<Method, string> = {
+  auto: 'auto', path: 'path tracing', photon_map: 'photon map', progressive: 'progressive photon mapping',
+};
+
+export const kMethodHints: Record<Method, string> = {
+  auto: 'Chosen by what the scene needs; the plan says why.',
+  progressive: 'Photon maps with shrinking radius: right in the end, caustics included.',
+  photon_map: 'One reused map and final gather: quick and smooth, but biased.',
+  path: 'Path tracing: unbiased, but slow to find caustics.',
+};
+
+/** The job's label, else the name of its scene. */
+export function job_title(state: State, job: Job): string {
+  return job.label || scene_name(state, job.scene);
+}

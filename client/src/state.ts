@@ -1,0 +1,141 @@
+import { is_terminal, type Info, type Job, type JobEvent, type Scene, type SceneReport, type SeriesPoint } from './wire';
+
+/** Everything the page shows, apart from the pixels of the picture and what is typed into the form. */
+export interface State {
+  /** Whether the event stream is open. */
+  server: 'connecting' | 'online' | 'away';
+  info: Info | null;
+  scenes: Scene[];
+  /** The id of the scene that is chosen in the form. */
+  scene: string | null;
+  /** Reports fetched so far, or why there is none, by scene id. */
+  reports: Record<string, SceneReport | string>;
+  /** Newest first. */
+  jobs: Job[];
+  /** The id of the job that is looked at. */
+  watched: string | null;
+  /** The watched job is not known to the server. */
+  watched_missing: boolean;
+  /** Error against time of the watched job, by ascending seconds. */
+  series: SeriesPoint[];
+  /** A sentence about the last thing that went wrong; null: nothing did. */
+  notice: string | null;
+}
+
+export const kInitialState: State = {
+  server: 'connecting', info: null, scenes: [], scene: null, reports: {}, jobs: [],
+  watched: null, watched_missing: false, series: [], notice: null,
+};
+
+export type Action =
+  | { type: 'server'; server: State['server'] }
+  | { type: 'info'; info: Info }
+  | { type: 'scenes'; scenes: Scene[] }
+  | { type: 'scene_chosen'; scene: string }
+  | { type: 'scene_added'; report: SceneReport }
+  | { type: 'report'; scene: string; report: SceneReport | string }
+  | { type: 'jobs'; jobs: Job[] }
+  | { type: 'job'; job: Job }
+  | { type: 'series'; job: string; points: SeriesPoint[] }
+  | { type: 'event'; event: JobEvent }
+  | { type: 'watch'; job: string | null }
+  | { type: 'job_missing'; job: string }
+  | { type: 'notice'; text: string | null };
+
+/** The state after `action`. What is older than what is known never replaces it. */
+export function reduce(state: State, action: Action): State {
+  switch (action.type) {
+    case 'server': return { ...state, server: action.server };
+    case 'info': return { ...state, info: action.info };
+    case 'scenes': return with_scenes(state, action.scenes);
+    case 'scene_chosen': return { ...state, scene: action.scene };
+    case 'scene_added': return with_added_scene(state, action.report);
+    case 'report': return { ...state, reports: { ...state.reports, [action.scene]: action.report } };
+    case 'jobs': return with_jobs(state, action.jobs);
+    case 'job': return with_job(state, action.job);
+    case 'series': return action.job === state.watched ? with_points(state, action.points) : state;
+    case 'event': return with_event(state, action.event);
+    case 'watch': return with_watch(state, action.job);
+    case 'job_missing': return without_job(state, action.job);
+    case 'notice': return { ...state, notice: action.text };
+  }
+}
+
+export function watched_job(state: State): Job | null {
+  return find_job(state, state.watched);
+}
+
+export function find_job(state: State, id: string | null): Job | null {
+  return state.jobs.find((job) => job.id === id) ?? null;
+}
+
+/** The report of the chosen scene, or why there is none; null while it is on its way. */
+export function chosen_report(state: State): SceneReport | string | null {
+  return state.scene === null ? null : state.reports[state.scene] ?? null;
+}
+
+/** A name for people: the sample's or file's, else the start of the id. */
+export function scene_name(state: State, id: string): string {
+  return state.scenes.find((scene) => scene.id === id)?.name || `scene ${id.slice(0, 8)}`;
+}
+
+function with_scenes(state: State, scenes: Scene[]): State {
+  // The server knows no file names of uploads; those of this visit are kept.
+  const named = scenes.map((scene) => ({
+    ...scene, name: scene.name || state.scenes.find((known) => known.id === scene.id)?.name || '',
+  }));
+  const chosen = scenes.some((scene) => scene.id === state.scene) ? state.scene : scenes[0]?.id ?? null;
+  return { ...state, scenes: named, scene: chosen };
+}
+
+function with_added_scene(state: State, report: SceneReport): State {
+  const known = state.scenes.some((scene) => scene.id === report.id);
+  const scenes = known ? state.scenes : [...state.scenes, report];
+  return { ...state, scenes, scene: report.id, reports: { ...state.reports, [report.id]: report } };
+}
+
+function with_jobs(state: State, jobs: Job[]): State {
+  const newer = jobs.map((job) => newest(job, find_job(state, job.id)));
+  const watched = watched_job(state);
+  const listed = newer.some((job) => job.id === state.watched);
+  return { ...state, jobs: watched && !listed ? [...newer, watched] : newer };
+}
+
+function with_job(state: State, job: Job): State {
+  const known = find_job(state, job.id);
+  const jobs = known
+    ? state.jobs.map((other) => (other.id === job.id ? newest(job, other) : other))
+    : [job, ...state.jobs];
+  const missing = state.watched_missing && job.id !== state.watched;
+  return { ...state, jobs, watched_missing: missing };
+}
+
+function without_job(state: State, id: string): State {
+  const jobs = state.jobs.filter((job) => job.id !== id);
+  return { ...state, jobs, watched_missing: state.watched_missing || id === state.watched };
+}
+
+function newest(candidate: Job, known: Job | null): Job {
+  return known && known.version > candidate.version ? known : candidate;
+}
+
+function with_event(state: State, event: JobEvent): State {
+  const known = find_job(state, event.job);
+  if (!known || known.version > event.version) return state;
+  const { job: id, ...numbers } = event;
+  const eta_seconds = is_terminal(event.state) ? null : event.eta_seconds;
+  const jobs = state.jobs.map((job) => (job.id === id ? { ...job, ...numbers, eta_seconds } : job));
+  const next = { ...state, jobs };
+  if (id !== state.watched || event.error === null || event.seconds <= 0) return next;
+  return with_points(next, [{ seconds: event.seconds, error: event.error }]);
+}
+
+function with_points(state: State, points: SeriesPoint[]): State {
+  const by_time = new Map([...state.series, ...points].map((point) => [point.seconds, point]));
+  return { ...state, series: [...by_time.values()].sort((a, b) => a.seconds - b.seconds) };
+}
+
+function with_watch(state: State, job: string | null): State {
+  if (job === state.watched) return state;
+  return { ...state, watched: job, watched_missing: false, series: [], notice: null };
+}

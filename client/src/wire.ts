@@ -1,0 +1,200 @@
+import { count, flag, list, maybe, number, object, one_of, text, type Parser } from './parse';
+
+export type JobState =
+  | 'queued' | 'preparing' | 'rendering' | 'finalizing' | 'succeeded' | 'canceling' | 'canceled' | 'failed';
+export type Method = 'auto' | 'path' | 'photon_map' | 'progressive';
+
+export interface Info {
+  version: string;
+  limits: Limits;
+}
+
+/** What the server accepts. */
+export interface Limits {
+  max_upload_bytes: number;
+  max_pixels: number;
+}
+
+/** A scene as it is listed. */
+export interface Scene {
+  id: string;
+  name: string;
+  bytes: number;
+  sample: boolean;
+}
+
+/** A scene with what is in it. */
+export interface SceneReport extends Scene {
+  triangles: number;
+  lights: number;
+  materials: number;
+  cameras: string[];
+  size: [number, number, number] | null;
+  plan: Plan | null;
+  warnings: string[];
+}
+
+export interface Plan {
+  method: Method;
+  /** The method does not converge to the right picture. */
+  biased: boolean;
+  items: PlanItem[];
+}
+
+/** One decision of a plan. */
+export interface PlanItem {
+  feature: string;
+  active: boolean;
+  reason: string;
+}
+
+/** A job ends at whichever comes first; null: no such end. */
+export interface StopRule {
+  passes: number | null;
+  seconds: number | null;
+  relative_error: number | null;
+}
+
+/** The numbers of a job that change while it runs; `version` grows with every change. */
+export interface JobNumbers {
+  state: JobState;
+  version: number;
+  passes: number;
+  seconds: number;
+  error: number | null;
+  eta_seconds: number | null;
+  map_hits: number;
+  map_misses: number;
+  revision: number;
+}
+
+export interface Job extends JobNumbers {
+  id: string;
+  scene: string;
+  label: string;
+  method: Method;
+  width: number;
+  height: number;
+  stop: StopRule;
+  plan: Plan | null;
+  /** From leaving the queue to the first picture, on the wall clock. */
+  first_frame_seconds: number | null;
+  /** Why a failed job failed. */
+  failure: string | null;
+}
+
+/** Something that happened to a job, with the numbers of that moment. */
+export interface JobEvent extends JobNumbers {
+  job: string;
+}
+
+/** One point of the curve of error against time. */
+export interface SeriesPoint {
+  seconds: number;
+  error: number;
+}
+
+/** Why the server refused a request (RFC 9457). */
+export interface Problem {
+  title: string;
+  detail: string;
+  pointer: string;
+}
+
+/** What is sent to start a job. */
+export interface JobRequest {
+  scene: string;
+  camera: number;
+  film: { width: number; height: number };
+  method: Method;
+  photons_per_pass: number;
+  seed: number;
+  stop: Partial<Record<keyof StopRule, number>>;
+  label?: string;
+}
+
+export function is_terminal(state: JobState): boolean {
+  return state === 'succeeded' || state === 'canceled' || state === 'failed';
+}
+
+const state = one_of('queued', 'preparing', 'rendering', 'finalizing', 'succeeded', 'canceling', 'canceled', 'failed');
+const method = one_of('auto', 'path', 'photon_map', 'progressive');
+
+const plan = object<Plan>({
+  method,
+  biased: flag,
+  items: list(object<PlanItem>({ feature: text, active: flag, reason: text })),
+});
+
+const stop_rule = object<StopRule>({
+  passes: maybe(count), seconds: maybe(number), relative_error: maybe(number),
+});
+
+/** The members that jobs and events share, as they are sent. */
+const numbers = object({
+  state,
+  version: count,
+  passes: count,
+  seconds: number,
+  error: maybe(object({ relative: number })),
+  eta_seconds: maybe(number),
+  maps: object({ hits: count, misses: count }),
+  revision: count,
+});
+
+const parse_numbers: Parser<JobNumbers> = (value, pointer) => {
+  const { maps, error, ...rest } = numbers(value, pointer);
+  return { ...rest, error: error?.relative ?? null, map_hits: maps.hits, map_misses: maps.misses };
+};
+
+const spec = object({ method, film: object({ width: count, height: count }), stop: stop_rule });
+
+const job_frame = object({
+  id: text,
+  scene: text,
+  label: text,
+  spec,
+  plan: maybe(plan),
+  first_frame_seconds: maybe(number),
+  problem: maybe(object({ detail: text })),
+});
+
+export const parse_job: Parser<Job> = (value, pointer) => {
+  const { spec: asked, problem, ...rest } = job_frame(value, pointer);
+  return {
+    ...rest,
+    ...parse_numbers(value, pointer),
+    method: asked.method,
+    width: asked.film.width,
+    height: asked.film.height,
+    stop: asked.stop,
+    failure: problem?.detail ?? null,
+  };
+};
+
+export const parse_jobs: Parser<Job[]> = (value, pointer) => object({ jobs: list(parse_job) })(value, pointer).jobs;
+
+export const parse_event: Parser<JobEvent> = (value, pointer) => ({
+  ...object({ job: text })(value, pointer),
+  ...parse_numbers(value, pointer),
+});
+
+/** Points without an error estimate are left out. */
+export const parse_series: Parser<SeriesPoint[]> = (value, pointer) => {
+  const point = object({ seconds: number, error: maybe(object({ relative: number })) });
+  const { points } = object({ points: list(point) })(value, pointer);
+  return points.flatMap(({ seconds, error }) => (error ? [{ seconds, error: error.relative }] : []));
+};
+
+const problem = object({ title: maybe(text), detail: maybe(text), pointer: maybe(text) });
+
+export const parse_problem: Parser<Problem> = (value, pointer) => {
+  const { title, detail, pointer: place } = problem(value, pointer);
+  return { title: title ?? '', detail: detail ?? '', pointer: place ?? '' };
+};
+
+// Until the server's own shapes are known.
+export const parse_info: Parser<Info> = object<Info>({ version: text, limits: object<Limits>({ max_upload_bytes: number, max_pixels: number }) });
+const scene = object<Scene>({ id: text, name: text, bytes: number, sample: flag });
+export const parse_scenes: Parser<Scene[]> = (value, pointer) => object({ scenes: list(scene) })(value, pointer).scenes;
+export const parse_report: Parser<SceneReport> = (value, pointer) => ({ ...scene(value, pointer), triangles: 0, lights: 0, materials: 0, cameras: [], size: null, plan: null, warnings: [] });
