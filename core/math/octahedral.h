@@ -7,7 +7,7 @@
 
 namespace photond {
 
-/// A unit vector in 16 + 16 bits by the octahedral map [Cigolle et al. 2014]; error below .002°.
+/// A unit vector in 16 + 16 bits by the octahedral map [Cigolle et al. 2014]; error below .004°.
 inline std::uint32_t encode_direction(const Vec3& w) {
   const float scale = 1 / (std::abs(w.x) + std::abs(w.y) + std::abs(w.z));
   float x = w.x * scale;

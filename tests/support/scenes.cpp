@@ -119,7 +119,7 @@ std::shared_ptr<const PreparedScene> prepared(Scene scene) {
 }
 
 const Workers& workers() {
-  static const Workers instance(4);
+  static const Workers instance(2);
   return instance;
 }
 

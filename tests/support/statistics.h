@@ -22,9 +22,10 @@ double chi2_tail(double chi2, double degrees);
 double chi2_test(const std::vector<double>& observed, const std::vector<double>& expected);
 
 /// Draws directions and compares their histogram over the sphere with the integral of `pdf` over its cells. `sample`
-/// may return the zero vector for "no direction"; `pdf` then integrates to less than one. Returns the p-value.
+/// may return the zero vector for "no direction"; `pdf` then integrates to less than one. `fine` is the number of
+/// quadrature points per cell and axis: more where the density jumps. Returns the p-value.
 double chi2_sphere(const std::function<Vec3(Rng&)>& sample, const std::function<double(const Vec3&)>& pdf,
-                   std::uint64_t seed = 1);
+                   int fine = 20);
 
 /// Mean and its standard error of repeated draws.
 struct Sample {

@@ -227,8 +227,8 @@ TEST(RenderPass, BitsDoNotDependOnTheThreads) {
     settings.height = 30;
     std::vector<Image> images;
     const Workers two(2);
-    const Workers four(4);
-    for (const Execution& execution : {Execution{}, two.execution(), four.execution()}) {
+    const Workers other(2);
+    for (const Execution& execution : {Execution{}, two.execution(), other.execution()}) {
       const auto task = make_render_task(prepared, prepared->scene.cameras[0], photons, settings, execution);
       ASSERT_TRUE(task.ok());
       const MapSource maps = [&](const MapKey& key, const Execution& e) { return build_photon_maps(*prepared, key, e); };

@@ -1,0 +1,147 @@
+#include "core/math/warp.h"
+
+#include <gtest/gtest.h>
+
+#include "core/math/alias_table.h"
+#include "core/math/frame.h"
+#include "core/math/octahedral.h"
+#include "tests/support/statistics.h"
+
+namespace photond {
+namespace {
+
+using test::chi2_sphere;
+using test::chi2_test;
+using test::kSignificance;
+
+TEST(Warp, CosineHemisphereMatchesItsPdf) {
+  EXPECT_GT(chi2_sphere([](Rng& rng) { return square_to_cosine_hemisphere(rng.next2()); },
+                        [](const Vec3& w) { return square_to_cosine_hemisphere_pdf(w); }),
+            kSignificance);
+}
+
+TEST(Warp, SphereIsUniform) {
+  EXPECT_GT(chi2_sphere([](Rng& rng) { return square_to_sphere(rng.next2()); }, [](const Vec3&) { return kSpherePdf; }),
+            kSignificance);
+}
+
+TEST(Warp, ConeIsUniformInside) {
+  // On a cell boundary of the histogram in θ, so that the quadrature meets no edge.
+  const float cos_max = std::cos(kPi / 4);
+  EXPECT_GT(chi2_sphere([&](Rng& rng) { return square_to_cone(rng.next2(), cos_max); },
+                        [&](const Vec3& w) { return w.z > cos_max ? square_to_cone_pdf(cos_max) : 0; }),
+            kSignificance);
+}
+
+// Counts of points over a grid of the square [−1, 1]²; expectation by area inside the shape.
+double chi2_square(const std::function<Vec2(Rng&)>& sample, const std::function<bool(double, double)>& inside,
+                   double area) {
+  constexpr int kSide = 16;
+  constexpr int kFine = 64;
+  constexpr int kSamples = 100'000;
+  std::vector<double> observed(kSide * kSide, 0);
+  std::vector<double> expected(kSide * kSide, 0);
+  Rng rng(3, RngPurpose::pilot, 0, 0);
+  for (int i = 0; i < kSamples; ++i) {
+    const Vec2 p = sample(rng);
+    const int x = std::clamp(static_cast<int>((p.x * 0.5f + 0.5f) * kSide), 0, kSide - 1);
+    const int y = std::clamp(static_cast<int>((p.y * 0.5f + 0.5f) * kSide), 0, kSide - 1);
+    ++observed[static_cast<std::size_t>(y * kSide + x)];
+  }
+  const double step = 2.0 / (kSide * kFine);
+  for (int y = 0; y < kSide * kFine; ++y) {
+    for (int x = 0; x < kSide * kFine; ++x) {
+      if (!inside(-1 + (x + 0.5) * step, -1 + (y + 0.5) * step)) continue;
+      expected[static_cast<std::size_t>(y / kFine * kSide + x / kFine)] += kSamples * step * step / area;
+    }
+  }
+  return chi2_test(observed, expected);
+}
+
+TEST(Warp, DiskIsUniform) {
+  EXPECT_GT(chi2_square([](Rng& rng) { return square_to_disk(rng.next2()); },
+                        [](double x, double y) { return x * x + y * y < 1; }, kPi),
+            kSignificance);
+}
+
+TEST(Warp, TriangleIsUniform) {
+  EXPECT_GT(chi2_square([](Rng& rng) { return square_to_triangle(rng.next2()); },
+                        [](double x, double y) { return x > 0 && y > 0 && x + y < 1; }, 0.5),
+            kSignificance);
+}
+
+TEST(AliasTable, DrawsItsProbabilities) {
+  const std::vector<double> weights{1, 0, 3, 0.25, 10, 5e-3, 2};
+  const AliasTable table(weights);
+  constexpr int kSamples = 1'000'000;
+  std::vector<double> observed(weights.size(), 0);
+  std::vector<double> expected(weights.size(), 0);
+  double sum = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    expected[i] = table.pdf(i) * kSamples;
+    sum += table.pdf(i);
+    EXPECT_NEAR(table.pdf(i), weights[i] / 16.255, 1e-6);
+  }
+  EXPECT_NEAR(sum, 1, 1e-6);
+  Rng rng(4, RngPurpose::pilot, 0, 0);
+  for (int i = 0; i < kSamples; ++i) ++observed[table.sample(rng.next())];
+  EXPECT_EQ(observed[1], 0);
+  double chi2 = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (expected[i] > 0) chi2 += (observed[i] - expected[i]) * (observed[i] - expected[i]) / expected[i];
+  }
+  EXPECT_LT(chi2, 27.9);  // five degrees of freedom (six of seven weights are positive), p = 4·10⁻⁵
+}
+
+TEST(Rng, IsUniformAndItsStreamsDiffer) {
+  std::vector<double> observed(256, 0);
+  std::vector<double> first(256, 0);
+  Rng rng(1, RngPurpose::camera, 0, 0);
+  for (int i = 0; i < 256'000; ++i) ++observed[static_cast<std::size_t>(rng.next() * 256)];
+  // The first numbers of neighbouring streams, as neighbouring pixels use them.
+  for (std::uint64_t i = 0; i < 256'000; ++i) {
+    Rng stream(1, RngPurpose::camera, 0, i);
+    ++first[static_cast<std::size_t>(stream.next() * 256)];
+  }
+  const std::vector<double> expected(256, 1000);
+  EXPECT_GT(chi2_test(observed, expected), kSignificance);
+  EXPECT_GT(chi2_test(first, expected), kSignificance);
+}
+
+TEST(Rng, PairsOfNeighbouringStreamsAreIndependent) {
+  std::vector<double> observed(32 * 32, 0);
+  for (std::uint64_t i = 0; i < 512'000; ++i) {
+    Rng a(9, RngPurpose::photon, 5, i);
+    Rng b(9, RngPurpose::photon, 5, i + 1);
+    ++observed[static_cast<std::size_t>(a.next() * 32) * 32 + static_cast<std::size_t>(b.next() * 32)];
+  }
+  EXPECT_GT(chi2_test(observed, std::vector<double>(32 * 32, 500)), kSignificance);
+}
+
+TEST(Frame, IsOrthonormalForEveryNormal) {
+  Rng rng(2, RngPurpose::pilot, 0, 0);
+  for (int i = 0; i < 1000; ++i) {
+    const Frame f(i == 0 ? Vec3(0, 0, -1) : square_to_sphere(rng.next2()));
+    EXPECT_NEAR(glm::dot(f.s, f.t), 0, 1e-6f);
+    EXPECT_NEAR(glm::dot(f.s, f.n), 0, 1e-6f);
+    EXPECT_NEAR(glm::length(f.s), 1, 1e-6f);
+    EXPECT_NEAR(glm::distance(glm::cross(f.s, f.t), f.n), 0, 1e-6f);
+  }
+}
+
+TEST(Octahedral, LosesLessThanFourThousandthsOfADegree) {
+  Rng rng(6, RngPurpose::pilot, 0, 0);
+  double worst = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const Vec3 w = glm::normalize(square_to_sphere(rng.next2()));
+    const glm::dvec3 d(decode_direction(encode_direction(w)));
+    worst = std::max(worst, glm::length(glm::cross(d, glm::dvec3(w))));
+  }
+  EXPECT_LT(worst * 180 / kPi, 0.004);
+  for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
+    EXPECT_LT(glm::distance(decode_direction(encode_direction(axis)), axis), 5e-5f);
+  }
+}
+
+}  // namespace
+}  // namespace photond

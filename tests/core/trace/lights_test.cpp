@@ -1,0 +1,125 @@
+#include "core/trace/lights.h"
+
+
+#include <gtest/gtest.h>
+
+#include "core/math/warp.h"
+#include "core/trace/prepare.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace photond {
+namespace {
+
+// A patch, a double-sided patch and the environment around a bare point.
+std::shared_ptr<const PreparedScene> lit_point() {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::parallelogram({-1, -1, 2}, {0, 2, 0}, {2, 0, 0}),
+                 test::add_material(scene, test::emitter(Rgb(2))));
+  Material both = test::emitter(Rgb(1));
+  both.double_sided = true;
+  test::add_mesh(scene, test::parallelogram({-3, -1, -1}, {0, 2, 0}, {0, 0, 2}), test::add_material(scene, both));
+  scene.environment.radiance = Rgb(0.1f);
+  return test::prepared(std::move(scene));
+}
+
+TEST(Lights, DirectDirectionsMatchTheirPdf) {
+  const auto scene = lit_point();
+  const Vec3 point{0.3f, -0.2f, 0.1f};
+  const auto pdf = [&](const Vec3& wi) {
+    const Hit hit = scene->accel.intersect({point, wi});
+    const float environment = scene->lights.pdf_environment();
+    if (!hit.found()) return static_cast<double>(environment);
+    const SurfacePoint s = make_surface(scene->scene, {point, wi}, hit);
+    return static_cast<double>(environment + scene->lights.pdf_direct(scene->scene, point, s));
+  };
+  const double p = test::chi2_sphere(
+      [&](Rng& rng) {
+        const Vec2 u = rng.next2();
+        return scene->lights.sample_direct(scene->scene, point, {u, rng.next()}).wi;
+      },
+      pdf, 80);
+  EXPECT_GT(p, test::kSignificance);
+}
+
+// ∫ L over the sphere by samples equals the same by the geometry.
+TEST(Lights, DirectEstimateIsUnbiased) {
+  const auto scene = lit_point();
+  const Vec3 point{0.3f, -0.2f, 0.1f};
+  const test::Sample sampled = test::draw(400'000, [&](Rng& rng) {
+    const Vec2 u = rng.next2();
+    const DirectSample s = scene->lights.sample_direct(scene->scene, point, {u, rng.next()});
+    const bool hidden = s.infinite && scene->accel.occluded(Ray{point, s.wi});
+    return hidden ? 0.0 : static_cast<double>(s.radiance.x);
+  });
+  const test::Sample uniform = test::draw(400'000, [&](Rng& rng) {
+    const Vec3 wi = square_to_sphere(rng.next2());
+    const Hit hit = scene->accel.intersect({point, wi});
+    if (!hit.found()) return 0.1 / kSpherePdf;
+    return static_cast<double>(emitted_radiance(scene->scene, make_surface(scene->scene, {point, wi}, hit)).x) / kSpherePdf;
+  });
+  EXPECT_NEAR(sampled.mean, uniform.mean, 4.1 * std::hypot(sampled.standard_error(), uniform.standard_error()));
+}
+
+TEST(Lights, EmissionIsCosineDistributed) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                 test::add_material(scene, test::emitter(Rgb(1))));
+  const auto prepared = test::prepared(std::move(scene));
+  EXPECT_GT(test::chi2_sphere([&](Rng& rng) { return prepared->lights.sample_emission(prepared->scene, rng).ray.direction; },
+                              [](const Vec3& w) { return std::max(w.z, 0.0f) * kInvPi; }),
+            test::kSignificance);
+}
+
+TEST(Lights, SpotEmitsOnlyIntoItsCone) {
+  Scene scene = test::empty_scene();
+  PunctualLight spot;
+  spot.type = LightType::spot;
+  spot.direction = {0, 0, 1};
+  spot.cos_outer = std::cos(kPi / 4);
+  spot.cos_inner = 0.9f;
+  scene.lights.push_back(spot);
+  const auto prepared = test::prepared(std::move(scene));
+  const test::Sample flux = test::draw(200'000, [&](Rng& rng) {
+    const EmissionSample s = prepared->lights.sample_emission(prepared->scene, rng);
+    EXPECT_GE(s.ray.direction.z, spot.cos_outer - 1e-6f);
+    return static_cast<double>(s.flux.x);
+  });
+  // 2π I [(1 − cᵢ) + (cᵢ − cₒ)/3].
+  EXPECT_TRUE(test::agrees(flux, 2 * kPi * ((1 - 0.9) + (0.9 - spot.cos_outer) / 3)));
+}
+
+TEST(Lights, DimLightsKeepAFloor) {
+  Scene scene = test::empty_scene();
+  test::add_point_light(scene, {0, 0, 0}, Rgb(1e6f));
+  test::add_point_light(scene, {1, 0, 0}, Rgb(1));
+  const auto prepared = test::prepared(std::move(scene));
+  int dim = 0;
+  Rng rng(1, RngPurpose::pilot, 0, 0);
+  for (int i = 0; i < 10'000; ++i) dim += prepared->lights.sample_emission(prepared->scene, rng).ray.origin.x == 1;
+  EXPECT_GT(dim, 150);  // half of the floor's 5 %
+}
+
+// The whole flux of textured emitters, however the texture is laid out.
+TEST(Lights, TexturedEmitterShinesItsMeanRadiance) {
+  Scene scene = test::empty_scene();
+  TextureImage image;
+  image.width = 2;
+  image.height = 1;
+  image.u8 = {255, 255, 255, 255, 0, 0, 0, 255};
+  scene.images.push_back(image);
+  Texture texture;
+  texture.nearest = true;
+  scene.textures.push_back(texture);
+  Material m = test::emitter(Rgb(3));
+  m.emission_texture.texture = 0;
+  test::add_mesh(scene, test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::add_material(scene, m));
+  const auto prepared = test::prepared(std::move(scene));
+  const test::Sample flux = test::draw(100'000, [&](Rng& rng) {
+    return static_cast<double>(prepared->lights.sample_emission(prepared->scene, rng).flux.x);
+  });
+  EXPECT_TRUE(test::agrees(flux, kPi * 3 / 2));
+}
+
+}  // namespace
+}  // namespace photond
