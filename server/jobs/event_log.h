@@ -25,8 +25,8 @@ class EventLog {
   std::uint64_t newest() const;
   /// Waits until `newest()` exceeds `seen`; false after `timeout` or a stop.
   bool wait_beyond(std::uint64_t seen, std::chrono::milliseconds timeout, std::stop_token stop) const;
-  /// Events above `after` of one job or (empty) of all, coalesced: of each job's runs of progress, frame and
-  /// map events only the newest, every state event.
+  /// Events above `after` of one job or (empty) of all, coalesced: every state event, and of each job's
+  /// progress and frame events only the newest.
   std::vector<Event> read_after(std::uint64_t after, const std::string& job) const;
 
  private:

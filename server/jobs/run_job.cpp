@@ -9,47 +9,31 @@ namespace photond {
 namespace {
 
 constexpr double kProgressSeconds = 0.5;         // between two progress events
-constexpr std::uint32_t kPassesForEstimate = 8;  // the spread of fewer passes says too little to stop by
-
-template <class T>
-std::optional<T> smaller(const std::optional<T>& a, const std::optional<T>& b) {
-  if (!a || !b) return a ? a : b;
-  return std::min(*a, *b);
-}
 
 }  // namespace
 
-std::optional<double> remaining_seconds(const StopRule& stop, std::uint32_t passes, double seconds,
-                                        const ErrorEstimate& error) {
-  if (passes == 0) return std::nullopt;
-  std::optional<double> left;
-  if (stop.passes) left = (static_cast<double>(*stop.passes) - passes) * seconds / passes;
-  if (stop.seconds) left = smaller(left, std::optional(*stop.seconds - seconds));
-  if (stop.relative_error && error.known && passes >= kPassesForEstimate) {
-    const double ratio = error.relative / *stop.relative_error;
-    left = smaller(left, std::optional(seconds * (ratio * ratio - 1)));  // the error falls with 1/√passes
-  }
-  if (left) left = std::max(0.0, *left);
-  return left;
-}
-
 bool RunJob::step() {
-  const Clock::time_point begin = Clock::now();
-  const double before = compute_seconds_;
   Status status = Done{};
   try {
     status = advance();
   } catch (const std::exception& failure) {
     status = Error{ErrorCode::internal, std::string("rendering failed: ") + failure.what(), ""};
   }
-  if (compute_seconds_ == before) compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
   if (!status) end_with(status.error());
   const bool more = !is_terminal(job_->state());
-  if (!more) film_ = Film();
+  if (!more) release();
   return more;
 }
 
-void RunJob::abandon() { end_with(cancelled()); }
+void RunJob::abandon() {
+  end_with(cancelled());
+  release();
+}
+
+void RunJob::release() {
+  film_ = Film();
+  task_.reset();
+}
 
 void RunJob::end_with(const Error& error) {
   const auto numbers = [this](JobRecord& record) { put_numbers(record); };
@@ -102,18 +86,15 @@ Status RunJob::render_next_pass() {
   // After a cancel a pass may come back with holes: what was skipped is black.
   if (execution_.cancelled()) return cancelled();
   add_pass(film_, *pass);
+  ++passes_;
   error_ = estimate_error(film_);
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
   return Done{};
 }
 
-bool RunJob::stop_rule_met() const {
-  const StopRule& stop = job_->spec().stop;
-  if (stop.passes && film_.passes >= *stop.passes) return true;
-  if (stop.seconds && compute_seconds_ >= *stop.seconds) return true;
-  return stop.relative_error && error_.known && film_.passes >= kPassesForEstimate &&
-         error_.relative <= *stop.relative_error;
-}
+bool RunJob::stop_rule_met() const { return rule_met(job_->spec().stop, progress()) != nullptr; }
+
+Progress RunJob::progress() const { return {film_.passes, compute_seconds_, error_}; }
 
 Status RunJob::finish() {
   const auto numbers = [this](JobRecord& record) { put_numbers(record); };
@@ -145,7 +126,7 @@ void RunJob::put_numbers(JobRecord& record) const {
   if (error_.known) record.error = error_;
   record.map_hits = maps_.hits();
   record.map_misses = maps_.misses();
-  record.eta_seconds = remaining_seconds(record.spec.stop, film_.passes, compute_seconds_, error_);
+  record.eta_seconds = remaining_seconds(record.spec.stop, progress());
   // Other jobs take turns: what is left stretches as what is done has been stretched.
   if (record.eta_seconds && compute_seconds_ > 0) *record.eta_seconds *= std::max(1.0, wall_seconds() / compute_seconds_);
 }

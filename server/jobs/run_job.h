@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 
@@ -10,6 +11,7 @@
 #include "server/jobs/revision_rule.h"
 #include "server/jobs/scene_library.h"
 #include "server/jobs/scheduler.h"
+#include "server/jobs/stop_rule.h"
 
 namespace photond {
 
@@ -17,9 +19,14 @@ namespace photond {
 /// happens, the job ends in a terminal state.
 class RunJob : public Slices {
  public:
-  /// The references must outlive the run.
-  RunJob(std::shared_ptr<Job> job, SceneLibrary& scenes, MapCache& maps, const Workers& workers)
-      : job_(std::move(job)), scenes_(scenes), maps_(maps), execution_(workers.execution(job_->stop())) {}
+  /// The references must outlive the run; `passes` counts over all jobs.
+  RunJob(std::shared_ptr<Job> job, SceneLibrary& scenes, MapCache& maps, const Workers& workers,
+         std::atomic<std::uint64_t>& passes)
+      : job_(std::move(job)),
+        scenes_(scenes),
+        maps_(maps),
+        passes_(passes),
+        execution_(workers.execution(job_->stop())) {}
 
   bool step() override;
   /// Ends a job whose slices will not run any more.
@@ -37,13 +44,16 @@ class RunJob : public Slices {
   Status publish(bool result);
   Status tell_progress();
   bool stop_rule_met() const;
+  Progress progress() const;
   void put_numbers(JobRecord& record) const;
   void end_with(const Error& error);
+  void release();
   double wall_seconds() const;
 
   std::shared_ptr<Job> job_;
   SceneLibrary& scenes_;
   MapUse maps_;
+  std::atomic<std::uint64_t>& passes_;
   Execution execution_;
 
   std::shared_ptr<const RenderTask> task_;
@@ -54,11 +64,6 @@ class RunJob : public Slices {
   double compute_seconds_ = 0;
   double told_ = 0;                 ///< wall_seconds of the last event
   std::uint32_t revision_ = 0;
-  std::uint32_t published_passes_ = 0;
 };
-
-/// Expected seconds of computing until `stop` holds, from what is done so far; nothing where unknown.
-std::optional<double> remaining_seconds(const StopRule& stop, std::uint32_t passes, double seconds,
-                                        const ErrorEstimate& error);
 
 }  // namespace photond

@@ -91,7 +91,7 @@ struct JobRecord {
   std::vector<SeriesPoint> series;
 };
 
-enum class EventKind : std::uint8_t { state, progress, frame, map };
+enum class EventKind : std::uint8_t { state, progress, frame };
 
 /// Something that happened to a job, with the numbers of that moment.
 struct Event {

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "server/api/message.h"
+#include "server/api/request_counts.h"
+#include "server/jobs/jobs.h"
+#include "server/store/store.h"
+
+namespace photond {
+
+/// Limits that belong to the interface rather than to the work; shown by /v1/info.
+struct ApiLimits {
+  std::uint64_t max_upload_bytes = 256ull << 20;
+  std::uint64_t max_message_bytes = 64 * 1024;   ///< of a job
+  int max_streams = 256;
+  int max_requests = 64;
+};
+
+/// What answers each route: bytes to native types, a call into the jobs, native types to bytes. The routes
+/// themselves are in server/http/routes.cpp, the contract is openapi.json.
+class Api {
+ public:
+  /// All references must outlive the object.
+  Api(Store& store, Jobs& jobs, const RequestCounts& counts, const ApiLimits& limits)
+      : store_(store), jobs_(jobs), counts_(counts), limits_(limits) {}
+
+  const ApiLimits& limits() const { return limits_; }
+
+  // system_handlers.cpp
+  Response health(const Request& request) const;
+  Response ready(const Request& request) const;
+  Response metrics(const Request& request) const;
+  Response info(const Request& request) const;
+  Response openapi(const Request& request) const;
+  Response list_maps(const Request& request) const;
+  Response delete_map(const Request& request);
+
+  // scene_handlers.cpp
+  Response post_scene(const Request& request);
+  Response list_scenes(const Request& request) const;
+  Response get_scene(const Request& request);
+  Response get_scene_file(const Request& request) const;
+  Response delete_scene(const Request& request);
+
+  // job_handlers.cpp
+  Response post_job(const Request& request);
+  Response list_jobs(const Request& request) const;
+  Response get_job(const Request& request) const;
+  Response cancel_job(const Request& request);
+  Response delete_job(const Request& request);
+  Response get_series(const Request& request) const;
+  Response get_frame(const Request& request) const;
+
+  // event_stream.cpp
+  Response job_events(const Request& request) const;
+  Response all_events(const Request& request) const;
+
+ private:
+  Response latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const;
+  Response frame_response(const std::string& id, std::uint32_t revision, FrameFormat format) const;
+
+  Store& store_;
+  Jobs& jobs_;
+  const RequestCounts& counts_;
+  const ApiLimits limits_;
+};
+
+}  // namespace photond

@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <memory>
+#include <set>
+
+#include "server/api/api.h"
+#include "server/api/job_message.h"
+#include "server/api/problem.h"
+#include "server/api/query.h"
+
+namespace photond {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kLook{1000};   // how soon a closed connection is noticed
+constexpr std::chrono::seconds kHeartbeat{15};
+
+std::string to_sse(const Event& event) {
+  return "id: " + std::to_string(event.id) + "\nevent: " + event_name(event.kind) +
+         "\ndata: " + to_text(event_message(event)) + "\n\n";
+}
+
+/// One reader's place in the log. Nothing is queued for it: a slow reader finds fewer events, later.
+class EventFeed {
+ public:
+  EventFeed(const Store& store, const EventLog& log, std::set<std::string> jobs, std::uint64_t after,
+            bool ends, std::stop_token stop)
+      : store_(store), log_(log), jobs_(std::move(jobs)), after_(after), ends_(ends), stop_(std::move(stop)) {}
+
+  /// The next piece of the stream; no value when it `ends` with its one job and all is told.
+  std::optional<std::string> next() {
+    if (ended_) return std::nullopt;
+    std::string text;
+    if (!greeted_) text = "retry: 2000\nid: " + std::to_string(after_) + "\n\n";
+    greeted_ = true;
+    const std::uint64_t seen = log_.newest();
+    std::vector<Event> events = read();
+    if (events.empty() && text.empty() && log_.wait_beyond(seen, kLook, stop_)) events = read();
+    for (const Event& event : events) text += to_sse(event);
+    if (!events.empty()) after_ = events.back().id;
+    ended_ = one_job_ended(events);
+    return with_heartbeat(std::move(text));
+  }
+
+ private:
+  std::vector<Event> read() const {
+    std::vector<Event> events = log_.read_after(after_, jobs_.size() == 1 ? *jobs_.begin() : std::string());
+    if (jobs_.size() > 1) std::erase_if(events, [this](const Event& e) { return !jobs_.contains(e.job); });
+    return events;
+  }
+
+  bool one_job_ended(const std::vector<Event>& events) const {
+    if (!ends_) return false;
+    if (!events.empty()) return is_terminal(events.back().state);
+    const auto job = store_.job(*jobs_.begin());
+    return !job;  // deleted meanwhile
+  }
+
+  std::string with_heartbeat(std::string text) {
+    const Clock::time_point now = Clock::now();
+    if (text.empty() && now - last_ >= kHeartbeat) text = ": heartbeat\n\n";
+    if (!text.empty()) last_ = now;
+    return text;
+  }
+
+  const Store& store_;
+  const EventLog& log_;
+  const std::set<std::string> jobs_;   ///< empty: all
+  std::uint64_t after_;
+  const bool ends_;
+  std::stop_token stop_;
+  Clock::time_point last_ = Clock::now();
+  bool greeted_ = false;
+  bool ended_ = false;
+};
+
+/// Where a reader continues: its Last-Event-ID (or the query's `after`), else `fresh`. An id from the future
+/// belongs to an earlier life of the service, and says nothing.
+Result<std::uint64_t> start_of(const Request& request, std::uint64_t newest, std::uint64_t fresh) {
+  const std::string text =
+      request.last_event_id.empty() ? request.query_value("after").value_or("") : request.last_event_id;
+  if (text.empty()) return fresh;
+  const auto id = parse_whole(text);
+  if (!id) return invalid_input("Last-Event-ID must be the id of an event");
+  return *id <= newest ? *id : 0;
+}
+
+Response stream(std::shared_ptr<EventFeed> feed) {
+  Response response;
+  response.content_type = "text/event-stream";
+  response.headers.emplace_back("Cache-Control", "no-store");
+  response.headers.emplace_back("X-Accel-Buffering", "no");
+  response.body = Pieces([feed = std::move(feed)] { return feed->next(); });
+  return response;
+}
+
+}  // namespace
+
+Response Api::job_events(const Request& request) const {
+  const std::string& id = request.captures[0];
+  const EventLog& log = jobs_.events();
+  const Result<std::uint64_t> after = start_of(request, log.newest(), 0);
+  if (!after) return problem(400, "invalid_request", after.error().message);
+  const auto job = store_.job(id);
+  if (!job) return problem(404, "not_found", "there is no job " + id);
+  if (is_terminal(job->state) && log.read_after(*after, id).empty()) {
+    Response done;   // tells an EventSource to stop asking
+    done.status = 204;
+    return done;
+  }
+  return stream(std::make_shared<EventFeed>(store_, log, std::set{id}, *after, true, request.stop));
+}
+
+Response Api::all_events(const Request& request) const {
+  const EventLog& log = jobs_.events();
+  std::set<std::string> jobs;
+  const auto [begin, end] = request.query.equal_range("job");
+  std::transform(begin, end, std::inserter(jobs, jobs.end()), [](const auto& pair) { return pair.second; });
+  for (const std::string& id : jobs) {
+    if (!store_.job(id)) return problem(404, "not_found", "there is no job " + id.substr(0, 64));
+  }
+  const Result<std::uint64_t> after = start_of(request, log.newest(), jobs.empty() ? log.newest() : 0);
+  if (!after) return problem(400, "invalid_request", after.error().message);
+  return stream(std::make_shared<EventFeed>(store_, log, std::move(jobs), *after, false, request.stop));
+}
+
+}  // namespace photond

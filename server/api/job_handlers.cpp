@@ -1,0 +1,222 @@
+#include <algorithm>
+
+#include "server/api/api.h"
+#include "server/api/job_message.h"
+#include "server/api/problem.h"
+#include "server/api/query.h"
+
+namespace photond {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+Response no_job(const std::string& id) { return problem(404, "not_found", "there is no job " + id); }
+
+std::string job_etag(const JobRecord& job) { return "\"" + job.id + "." + std::to_string(job.version) + "\""; }
+
+Response job_response(const JobRecord& job, int status = 200) {
+  Response response = json_response(job_message(job), status);
+  response.headers.emplace_back("ETag", job_etag(job));
+  return response;
+}
+
+/// Calls `look` after every change of any job until it returns true, the time is up or the server stops.
+template <class Look>
+bool wait_until(const EventLog& log, std::chrono::milliseconds wait, const std::stop_token& stop, const Look& look) {
+  const Clock::time_point deadline = Clock::now() + wait;
+  while (true) {
+    const std::uint64_t seen = log.newest();  // before looking: what comes in between ends the wait at once
+    if (look()) return true;
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
+    if (left.count() <= 0 || stop.stop_requested() || !log.wait_beyond(seen, left, stop)) return look();
+  }
+}
+
+struct JobFilter {
+  std::optional<JobState> state;
+  std::optional<Digest> scene;
+  std::optional<std::string> label;
+  std::uint64_t before = UINT64_MAX;   ///< sequence number: the cursor
+
+  bool admits(const JobRecord& job) const {
+    return job.sequence < before && (!state || job.state == *state) && (!scene || job.spec.scene == *scene) &&
+           (!label || job.spec.label == *label);
+  }
+};
+
+Result<JobFilter> parse_filter(const Request& request) {
+  JobFilter filter;
+  if (const auto name = request.query_value("state")) {
+    filter.state = state_from_name(*name);
+    if (!filter.state) return invalid_input("the query's state is not the name of a state", "?state");
+  }
+  if (const auto id = request.query_value("scene")) {
+    filter.scene = digest_from_hex(*id);
+    if (!filter.scene) return invalid_input("the query's scene is not an id", "?scene");
+  }
+  filter.label = request.query_value("label");
+  const Result<std::uint64_t> cursor = query_whole(request, "cursor", UINT64_MAX, 0, UINT64_MAX);
+  if (!cursor) return cursor.error();
+  filter.before = *cursor;
+  return filter;
+}
+
+std::optional<FrameFormat> format_of(const std::string& suffix) {
+  if (suffix == "png") return FrameFormat::png;
+  if (suffix == "jpg") return FrameFormat::jpg;
+  if (suffix == "exr") return FrameFormat::exr;
+  return std::nullopt;
+}
+
+const char* frame_type(FrameFormat format) {
+  switch (format) {
+    case FrameFormat::png: return "image/png";
+    case FrameFormat::jpg: return "image/jpeg";
+    case FrameFormat::exr: return "image/x-exr";
+  }
+  return "application/octet-stream";
+}
+
+Response bad_query(const Error& error) { return problem(400, "invalid_query", error.message, error.where); }
+
+std::string frame_etag(const std::string& id, std::uint32_t revision, const std::string& suffix) {
+  return "\"" + id + "." + std::to_string(revision) + "." + suffix + "\"";
+}
+
+Response not_modified(const std::string& etag) {
+  Response response;
+  response.status = 304;
+  response.headers.emplace_back("ETag", etag);
+  return response;
+}
+
+}  // namespace
+
+Response Api::post_job(const Request& request) {
+  const Result<JobSpec> spec = parse_job(request.body);
+  if (!spec && spec.error().where.empty()) return problem(400, "invalid_json", spec.error().message);
+  if (!spec) return problem(spec.error());
+  if (const auto dry = request.query_value("dry_run"); dry && *dry == "true") {
+    const Result<Plan> plan = jobs_.check(*spec, request.stop);
+    if (!plan) return problem(plan.error());
+    return json_response({{"spec", spec_message(*spec)}, {"plan", plan_message(*plan)}});
+  }
+  const Result<JobRecord> job = jobs_.submit(*spec, request.stop);
+  if (!job) return problem(job.error());
+  Response response = job_response(*job, 202);
+  response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
+  return response;
+}
+
+Response Api::list_jobs(const Request& request) const {
+  const Result<JobFilter> filter = parse_filter(request);
+  if (!filter) return bad_query(filter.error());
+  const Result<std::uint64_t> limit = query_whole(request, "limit", 50, 1, 200);
+  if (!limit) return bad_query(limit.error());
+  Json list = Json::array();
+  Json next = nullptr;
+  std::uint64_t last = 0;
+  for (const JobRecord& job : store_.jobs()) {
+    if (!filter->admits(job)) continue;
+    if (list.size() == *limit) {
+      next = std::to_string(last);
+      break;
+    }
+    last = job.sequence;
+    list.push_back(job_message(job));
+  }
+  return json_response({{"jobs", std::move(list)}, {"next_cursor", next}});
+}
+
+Response Api::get_job(const Request& request) const {
+  const std::string& id = request.captures[0];
+  const Result<std::chrono::milliseconds> wait = query_wait(request);
+  if (!wait) return bad_query(wait.error());
+  std::optional<JobRecord> job;
+  const bool changed = wait_until(jobs_.events(), *wait, request.stop, [&] {
+    job = store_.job(id);
+    return !job || request.if_none_match.empty() || !names_etag(request.if_none_match, job_etag(*job));
+  });
+  if (!job) return no_job(id);
+  return changed ? job_response(*job) : not_modified(job_etag(*job));
+}
+
+Response Api::cancel_job(const Request& request) {
+  const Result<JobRecord> job = jobs_.cancel(request.captures[0]);
+  return job ? job_response(*job, 202) : problem(job.error());
+}
+
+Response Api::delete_job(const Request& request) {
+  if (const Status removed = jobs_.remove(request.captures[0]); !removed) return problem(removed.error());
+  Response response;
+  response.status = 204;
+  return response;
+}
+
+Response Api::get_series(const Request& request) const {
+  const auto job = store_.job(request.captures[0]);
+  return job ? json_response(series_message(*job)) : no_job(request.captures[0]);
+}
+
+Response Api::get_frame(const Request& request) const {
+  const std::string& id = request.captures[0];
+  const std::string& which = request.captures[1];
+  const std::string& suffix = request.captures[2];
+  const auto format = format_of(suffix);
+  if (!format) return problem(404, "not_found", "pictures are .png, .jpg or .exr");
+  if (!store_.job(id)) return no_job(id);
+  if (which == "latest") return latest_frame(request, *format, suffix);
+  const auto revision = parse_whole(which);
+  if (!revision || *revision == 0 || *revision > UINT32_MAX) {
+    return problem(404, "not_found", "a revision is a number from 1, or latest");
+  }
+  const std::string etag = frame_etag(id, static_cast<std::uint32_t>(*revision), suffix);
+  if (names_etag(request.if_none_match, etag)) return not_modified(etag);
+  Response response = frame_response(id, static_cast<std::uint32_t>(*revision), *format);
+  if (response.status != 200) return response;
+  response.headers.emplace_back("ETag", etag);
+  response.headers.emplace_back("Cache-Control", "private, max-age=31536000, immutable");
+  return response;
+}
+
+Response Api::latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const {
+  const std::string& id = request.captures[0];
+  const Result<std::uint64_t> after = query_whole(request, "after", 0, 0, UINT32_MAX);
+  if (!after) return bad_query(after.error());
+  const Result<std::chrono::milliseconds> wait = query_wait(request);
+  if (!wait) return bad_query(wait.error());
+  std::optional<JobRecord> job;
+  wait_until(jobs_.events(), *wait, request.stop, [&] {
+    job = store_.job(id);
+    return !job || job->revision > *after || is_terminal(job->state);
+  });
+  if (!job) return no_job(id);
+  if (job->revision <= *after) {
+    Response none;
+    none.status = 204;
+    none.headers.emplace_back("Cache-Control", "no-store");
+    return none;
+  }
+  const std::string etag = frame_etag(id, job->revision, suffix);
+  if (names_etag(request.if_none_match, etag)) return not_modified(etag);
+  Response response = frame_response(id, job->revision, format);
+  if (response.status != 200) return response;
+  response.headers.emplace_back("ETag", etag);
+  response.headers.emplace_back("Cache-Control", "no-cache");
+  response.headers.emplace_back("Content-Location",
+                                "/v1/jobs/" + id + "/frames/" + std::to_string(job->revision) + "." + suffix);
+  response.headers.emplace_back("Photond-Revision", std::to_string(job->revision));
+  return response;
+}
+
+Response Api::frame_response(const std::string& id, std::uint32_t revision, FrameFormat format) const {
+  const Result<Frames::Bytes> bytes = jobs_.frame(id, revision, format);
+  if (!bytes) return problem(bytes.error());
+  Response response;
+  response.content_type = frame_type(format);
+  response.body = *bytes;
+  return response;
+}
+
+}  // namespace photond

@@ -1,0 +1,135 @@
+#include "server/api/job_message.h"
+
+#include <cmath>
+
+#include "server/api/problem.h"
+#include "server/jobs/job.h"
+
+namespace photond {
+
+namespace {
+
+Json vector_json(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
+
+Json camera_json(const CameraChoice& choice) {
+  if (const auto* index = std::get_if<std::uint32_t>(&choice)) return *index;
+  if (const auto* name = std::get_if<std::string>(&choice)) return *name;
+  const LookAt& placed = std::get<LookAt>(choice);
+  return {{"eye", vector_json(placed.eye)},
+          {"target", vector_json(placed.target)},
+          {"up", vector_json(placed.up)},
+          {"yfov_deg", placed.yfov_deg}};
+}
+
+Json stop_json(const StopRule& stop) {
+  return {{"passes", optional_json(stop.passes)},
+          {"seconds", optional_json(stop.seconds)},
+          {"relative_error", optional_json(stop.relative_error)}};
+}
+
+Json error_json(const std::optional<ErrorEstimate>& error) {
+  if (!error || !error->known || !std::isfinite(error->rmse) || !std::isfinite(error->relative)) return nullptr;
+  return {{"relative", error->relative}, {"rmse", error->rmse}};
+}
+
+Json failure_json(const std::optional<Error>& failure) {
+  if (!failure) return nullptr;
+  return {{"code", error_name(failure->code)}, {"detail", failure->message}, {"pointer", failure->where}};
+}
+
+Json urls_json(const JobRecord& job) {
+  const std::string self = "/v1/jobs/" + job.id;
+  return {{"self", self},
+          {"events", self + "/events"},
+          {"frame", job.revision > 0 ? Json(self + "/frames/" + std::to_string(job.revision)) : Json(nullptr)},
+          {"latest", self + "/frames/latest"},
+          {"series", self + "/series"},
+          {"cancel", self + "/cancel"}};
+}
+
+Json time_json(const std::optional<WallTime>& time) { return time ? Json(time_text(*time)) : Json(nullptr); }
+
+}  // namespace
+
+Json spec_message(const JobSpec& spec) {
+  return {{"scene", to_hex(spec.scene)},
+          {"camera", camera_json(spec.camera)},
+          {"film", {{"width", spec.settings.width}, {"height", spec.settings.height}}},
+          {"method", method_name(spec.settings.method)},
+          {"photons_per_pass", spec.photons.photons_per_pass},
+          {"radius", spec.settings.radius},
+          {"gather_photons", spec.settings.gather_photons},
+          {"seed", spec.settings.seed},
+          {"stop", stop_json(spec.stop)},
+          {"priority", spec.priority == Priority::batch ? "batch" : "interactive"},
+          {"label", spec.label}};
+}
+
+Json plan_message(const Plan& plan) {
+  Json items = Json::array();
+  for (const PlanItem& item : plan.items) {
+    items.push_back({{"feature", item.feature}, {"active", item.active}, {"reason", item.reason}});
+  }
+  return {{"method", method_name(plan.method)},
+          {"biased", plan.biased},
+          {"uses_maps", plan.uses_maps},
+          {"radius", plan.radius},
+          {"items", std::move(items)}};
+}
+
+Json job_message(const JobRecord& job) {
+  return {{"id", job.id},
+          {"state", state_name(job.state)},
+          {"version", job.version},
+          {"label", job.spec.label},
+          {"scene", to_hex(job.spec.scene)},
+          {"spec", spec_message(job.spec)},
+          {"created_at", time_text(job.created)},
+          {"started_at", time_json(job.started)},
+          {"finished_at", time_json(job.finished)},
+          {"plan", job.plan ? plan_message(*job.plan) : Json(nullptr)},
+          {"maps", {{"hits", job.map_hits}, {"misses", job.map_misses}}},
+          {"passes", job.passes},
+          {"seconds", job.seconds},
+          {"error", error_json(job.error)},
+          {"eta_seconds", optional_json(job.eta_seconds)},
+          {"revision", job.revision},
+          {"first_frame_seconds", optional_json(job.first_frame_seconds)},
+          {"problem", failure_json(job.failure)},
+          {"urls", urls_json(job)}};
+}
+
+Json event_message(const Event& event) {
+  return {{"job", event.job},
+          {"time", time_text(event.time)},
+          {"state", state_name(event.state)},
+          {"version", event.version},
+          {"passes", event.passes},
+          {"seconds", event.seconds},
+          {"error", error_json(event.error)},
+          {"eta_seconds", optional_json(event.eta_seconds)},
+          {"maps", {{"hits", event.map_hits}, {"misses", event.map_misses}}},
+          {"revision", event.revision}};
+}
+
+Json series_message(const JobRecord& job) {
+  Json points = Json::array();
+  for (const SeriesPoint& point : job.series) {
+    points.push_back({{"revision", point.revision},
+                      {"passes", point.passes},
+                      {"seconds", point.seconds},
+                      {"error", error_json(point.error)}});
+  }
+  return {{"job", job.id}, {"points", std::move(points)}};
+}
+
+const char* event_name(EventKind kind) {
+  switch (kind) {
+    case EventKind::state: return "state";
+    case EventKind::progress: return "progress";
+    case EventKind::frame: return "frame";
+  }
+  return "state";
+}
+
+}  // namespace photond

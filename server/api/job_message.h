@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "server/api/json.h"
+#include "server/store/records.h"
+
+namespace photond {
+
+/// Reads the message of POST /v1/jobs. Strict: unknown fields, wrong types and values out of range are
+/// errors whose `where` is the JSON pointer of the field. Ranges of settings are checked by check_settings.
+Result<JobSpec> parse_job(std::span<const std::byte> text);
+
+/// A job as clients see it.
+Json job_message(const JobRecord& job);
+Json plan_message(const Plan& plan);
+Json spec_message(const JobSpec& spec);
+Json event_message(const Event& event);
+Json series_message(const JobRecord& job);
+
+const char* event_name(EventKind kind);      ///< "state", "progress", "frame"
+
+}  // namespace photond

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace photond {
+
+/// A request as the handlers see it. Header values come from outside and are never echoed.
+struct Request {
+  std::string method;                         ///< "GET" (HEAD too), "POST", "DELETE"
+  std::string path;                           ///< percent-decoded, without the query
+  std::vector<std::string> captures;          ///< what the route's placeholders matched
+  std::multimap<std::string, std::string> query;   ///< percent-decoded
+  std::string content_type;                   ///< lower case, without parameters
+  std::string if_none_match;
+  std::string last_event_id;
+  std::vector<std::byte> body;
+  std::stop_token stop;                       ///< triggered when the server shuts down
+
+  /// The first value of a query key.
+  std::optional<std::string> query_value(const std::string& key) const {
+    const auto found = query.find(key);
+    if (found == query.end()) return std::nullopt;
+    return found->second;
+  }
+};
+
+using SharedBytes = std::shared_ptr<const std::vector<std::byte>>;
+
+/// The next piece of an endless body: waits at most about a second, then returns what there is (perhaps
+/// nothing); no value at the end.
+using Pieces = std::function<std::optional<std::string>()>;
+
+struct Response {
+  int status = 200;
+  std::string content_type;
+  std::vector<std::pair<std::string, std::string>> headers;
+  std::variant<std::string, SharedBytes, Pieces> body;
+};
+
+/// What answers a request; throws nothing of its own.
+using Handler = std::function<Response(const Request&)>;
+
+}  // namespace photond

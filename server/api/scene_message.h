@@ -1,0 +1,11 @@
+#pragma once
+
+#include "server/api/json.h"
+#include "server/jobs/scene_library.h"
+
+namespace photond {
+
+/// A scene as clients see it; with `summary` also its report and the plan for default settings.
+Json scene_message(const SceneRecord& scene, const SceneSummary* summary);
+
+}  // namespace photond

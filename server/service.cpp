@@ -1,0 +1,92 @@
+#include "server/service.h"
+
+#include <utility>
+
+#include "server/api/api.h"
+#include "server/http/routes.h"
+#include "server/http/server.h"
+#include "server/jobs/jobs.h"
+#include "server/store/memory_store.h"
+
+namespace photond {
+
+namespace {
+
+JobLimits job_limits(const ServiceOptions& options) {
+  JobLimits limits;
+  limits.threads = options.threads;
+  limits.map_cache_bytes = options.map_cache_bytes;
+  limits.scene_cache_bytes = options.scene_cache_bytes;
+  limits.picture_bytes = options.picture_bytes;
+  limits.max_pixels = options.max_pixels;
+  limits.max_live_jobs = options.max_live_jobs;
+  limits.max_kept_jobs = options.max_kept_jobs;
+  return limits;
+}
+
+ApiLimits api_limits(const ServiceOptions& options) {
+  ApiLimits limits;
+  limits.max_upload_bytes = options.max_upload_bytes;
+  limits.max_streams = options.max_streams;
+  limits.max_requests = options.max_requests;
+  return limits;
+}
+
+Status check_options(const ServiceOptions& options) {
+  if (options.port < 0 || options.port > 65'535) return invalid_input("the port must be from 0 to 65535");
+  if (options.threads < 0 || options.threads > 1024) return invalid_input("threads must be from 0 to 1024");
+  if (options.max_streams < 1 || options.max_streams > 10'000 || options.max_requests < 1 ||
+      options.max_requests > 10'000) {
+    return invalid_input("streams and requests must be from 1 to 10000");
+  }
+  return Done{};
+}
+
+}  // namespace
+
+struct Service::State {
+  explicit State(const ServiceOptions& o)
+      : options(o), store(o.scene_store_bytes), jobs(store, job_limits(o)), api(store, jobs, counts, api_limits(o)) {}
+
+  const ServiceOptions options;
+  MemoryStore store;
+  RequestCounts counts;
+  Jobs jobs;
+  Api api;
+  std::unique_ptr<HttpServer> http;
+};
+
+Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
+  if (const Status fine = check_options(options); !fine) return fine.error();
+  StaticFiles files;
+  if (!options.client_dir.empty()) {
+    Result<StaticFiles> loaded = StaticFiles::load(options.client_dir);
+    if (!loaded) return loaded.error();
+    files = std::move(*loaded);
+  }
+  auto state = std::make_unique<State>(options);
+  if (!options.samples_dir.empty()) {
+    if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added) return added.error();
+  }
+  const HttpOptions http{options.host, options.port, options.max_streams, options.max_requests};
+  Result<std::unique_ptr<HttpServer>> server =
+      HttpServer::start(http, make_routes(state->api), std::move(files), state->counts);
+  if (!server) return server.error();
+  state->http = std::move(*server);
+  return std::unique_ptr<Service>(new Service(std::move(state)));
+}
+
+Service::Service(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Service::~Service() { stop(); }
+
+int Service::port() const { return state_->http->port(); }
+
+std::string Service::url() const { return "http://" + state_->options.host + ":" + std::to_string(port()) + "/"; }
+
+void Service::stop() {
+  // Jobs first: whoever waits for one hears of its end before the connections close.
+  state_->jobs.stop();
+  state_->http->stop();
+}
+
+}  // namespace photond
