@@ -21,7 +21,7 @@ TEST(CompareCommandTest, MeasuresAKnownDifference) {
   write_constant(reference, 32, 16, Rgb(1, 0.5f, 0.25f));
   write_constant(a, 32, 16, Rgb(1.25f, 0.5f, 0.25f));  // all exact in binary
 
-  const Run run = run_photond({"compare", "--json", a, reference});
+  const Outcome run = run_photond({"compare", "--json", a, reference});
   ASSERT_EQ(run.code, 0) << run.err;
   const auto json = nlohmann::json::parse(run.out);
   EXPECT_NEAR(json["mse"], 0.0625 / 3, 1e-12);              // .25² in one of three channels
@@ -32,7 +32,7 @@ TEST(CompareCommandTest, MeasuresAKnownDifference) {
   EXPECT_NEAR(json["max_block_deviation"], block, 1e-6);
   EXPECT_NEAR(json["median_block_deviation"], block, 1e-6);
 
-  const Run text = run_photond({"compare", a, reference});
+  const Outcome text = run_photond({"compare", a, reference});
   EXPECT_EQ(text.code, 0);
   EXPECT_NE(text.out.find("1.250000 1.000000 1.000000"), std::string::npos) << text.out;
 }
@@ -46,7 +46,7 @@ TEST(CompareCommandTest, RefusesWhatCannotBeCompared) {
   write_constant(large, 16, 8, Rgb(1));
   write_text(broken, read_text(large).substr(0, 300));
   EXPECT_EQ(run_photond({"compare", small, large}).code, 1);
-  const Run run = run_photond({"compare", large, broken});
+  const Outcome run = run_photond({"compare", large, broken});
   EXPECT_EQ(run.code, 1);
   EXPECT_NE(run.err.find("broken.exr"), std::string::npos) << run.err;
 }

@@ -38,7 +38,7 @@ pid_t start(const std::vector<std::string>& arguments, const std::string& out, c
 
 }  // namespace
 
-Run run_photond(const std::vector<std::string>& arguments, double interrupt) {
+Outcome run_photond(const std::vector<std::string>& arguments, double interrupt) {
   const TemporaryFolder folder;
   const pid_t pid = start(arguments, folder.file("out"), folder.file("err"));
   if (interrupt > 0) {

@@ -7,7 +7,7 @@
 namespace photond::test {
 
 /// What a finished run of the program left.
-struct Run {
+struct Outcome {
   int code = -1;       ///< exit code, or 128 + the signal that killed it
   std::string out;
   std::string err;
@@ -15,7 +15,7 @@ struct Run {
 
 /// Runs the built program with its output in files (so: no terminal) and waits for its end. With `interrupt`, SIGINT
 /// is sent that many seconds after the start.
-Run run_photond(const std::vector<std::string>& arguments, double interrupt = 0);
+Outcome run_photond(const std::vector<std::string>& arguments, double interrupt = 0);
 
 /// A new empty folder, removed with the object.
 class TemporaryFolder {

@@ -21,7 +21,7 @@ class RenderCommandTest : public ::testing::Test {
 TEST_F(RenderCommandTest, WritesEveryFormatAndTheReport) {
   const std::string png = folder_.file("out.PNG");
   const std::string jpg = folder_.file("out.jpg");
-  const Run run = run_photond({"render", scene_, "-o", exr_, "-o", png, "-o", jpg, "--size", "48x32", "--passes", "4",
+  const Outcome run = run_photond({"render", scene_, "-o", exr_, "-o", png, "-o", jpg, "--size", "48x32", "--passes", "4",
                                "--camera", "above", "--method", "progressive", "--photons", "5000", "--seed", "7",
                                "--report", report_});
   ASSERT_EQ(run.code, 0) << run.err;
@@ -92,7 +92,7 @@ TEST_F(RenderCommandTest, StopsByTimeAndByError) {
 }
 
 TEST_F(RenderCommandTest, AnInterruptWritesWhatThereIs) {
-  const Run run = run_photond({"render", scene_, "-o", exr_, "--size", "32x32", "--method", "path", "--seconds", "60",
+  const Outcome run = run_photond({"render", scene_, "-o", exr_, "--size", "32x32", "--method", "path", "--seconds", "60",
                                "--report", report_},
                               2);
   EXPECT_EQ(run.code, 130) << run.err;
@@ -102,7 +102,7 @@ TEST_F(RenderCommandTest, AnInterruptWritesWhatThereIs) {
 }
 
 TEST_F(RenderCommandTest, AnUnknownCameraIsRefusedWithTheKnownOnes) {
-  const Run run = run_photond({"render", scene_, "-o", exr_, "--camera", "below"});
+  const Outcome run = run_photond({"render", scene_, "-o", exr_, "--camera", "below"});
   EXPECT_EQ(run.code, 1);
   EXPECT_NE(run.err.find("'above'"), std::string::npos) << run.err;
   EXPECT_FALSE(std::filesystem::exists(exr_));

@@ -52,14 +52,14 @@ TEST_F(SceneFolder, TheProgramRefusesUrisThatLeadOutside) {
   std::filesystem::create_symlink("../secret.bin", scene_ / "link.bin");
   for (const std::string& uri : {std::string("../secret.bin"), std::string("%2e%2e/secret.bin"), absolute,
                                  "file://" + absolute, std::string("link.bin")}) {
-    const Run run = run_photond({"info", write_scene(scene_, uri)});
+    const Outcome run = run_photond({"info", write_scene(scene_, uri)});
     EXPECT_EQ(run.code, 1) << uri << "\n" << run.out;
     EXPECT_NE(run.err.find("scene.gltf"), std::string::npos) << run.err;
   }
 }
 
 TEST_F(SceneFolder, InfoListsWhatTheFileHolds) {
-  const Run run = run_photond({"info", "--json", write_scene(scene_)});
+  const Outcome run = run_photond({"info", "--json", write_scene(scene_)});
   ASSERT_EQ(run.code, 0) << run.err;
   const auto json = nlohmann::json::parse(run.out);
   EXPECT_EQ(json["counts"]["triangles"], 4);
@@ -75,7 +75,7 @@ TEST_F(SceneFolder, InfoListsWhatTheFileHolds) {
   EXPECT_NE(json["plan"]["method"], "auto");
   for (const auto& item : json["plan"]["items"]) EXPECT_NE(item["reason"], "");
 
-  const Run text = run_photond({"info", write_scene(scene_)});
+  const Outcome text = run_photond({"info", write_scene(scene_)});
   EXPECT_EQ(text.code, 0);
   EXPECT_NE(text.out.find("'above'"), std::string::npos) << text.out;
 }

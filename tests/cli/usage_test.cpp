@@ -30,7 +30,7 @@ TEST(Usage, WrongCommandLinesExitWithTwoAndOneSentence) {
       {"serve", "--map-cache-mb", "-1"},
   };
   for (const auto& arguments : wrong) {
-    const Run run = run_photond(arguments);
+    const Outcome run = run_photond(arguments);
     std::string line;
     for (const std::string& argument : arguments) line += " " + argument;
     EXPECT_EQ(run.code, 2) << line << "\n" << run.err;
@@ -46,7 +46,7 @@ TEST(Usage, SettingsOutOfRangeNameTheOption) {
 }
 
 TEST(Usage, HelpAndVersionSucceed) {
-  const Run help = run_photond({"--help"});
+  const Outcome help = run_photond({"--help"});
   EXPECT_EQ(help.code, 0);
   for (const char* command : {"serve", "render", "info", "compare"}) {
     EXPECT_NE(help.out.find(command), std::string::npos);
@@ -66,7 +66,7 @@ TEST(Usage, WhatDoesNotExistExitsWithOneAndItsName) {
            {"render", write_scene(folder.path()), "-o", folder.file("nowhere/a.png")},
            {"serve", "--port", "0", "--samples", folder.file("nowhere")},
        }) {
-    const Run run = run_photond(arguments);
+    const Outcome run = run_photond(arguments);
     EXPECT_EQ(run.code, 1) << run.err;
     EXPECT_TRUE(is_one_line(run.err)) << run.err;
     EXPECT_NE(run.err.find(folder.path().string()), std::string::npos) << run.err;
