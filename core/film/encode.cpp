@@ -1,0 +1,151 @@
+#include "core/film/encode.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <string>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+namespace photond {
+namespace {
+
+std::uint8_t srgb_byte(float linear) {
+  if (!(linear > 0)) return 0;  // also NaN
+  if (linear >= 1) return 255;
+  const float encoded = linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
+  return static_cast<std::uint8_t>(encoded * 255 + 0.5f);
+}
+
+std::vector<std::uint8_t> tone_map(const Image& image, const ToneMap& tone) {
+  const float scale = std::exp2(tone.exposure);
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(image.pixels.size() * 3);
+  for (const Rgb& pixel : image.pixels) {
+    for (int c = 0; c < 3; ++c) bytes.push_back(srgb_byte(pixel[c] * scale));
+  }
+  return bytes;
+}
+
+/// The pixels with values that a half cannot hold at its largest, instead of infinity.
+std::vector<Rgb> half_range(const Image& image) {
+  constexpr float kLargestHalf = 65504;
+  std::vector<Rgb> pixels = image.pixels;
+  for (Rgb& pixel : pixels) pixel = glm::clamp(pixel, Rgb(-kLargestHalf), Rgb(kLargestHalf));
+  return pixels;
+}
+
+OIIO::ImageSpec make_spec(const Image& image, ImageFormat format) {
+  const bool exr = format == ImageFormat::exr_half || format == ImageFormat::exr_float;
+  const OIIO::TypeDesc type = format == ImageFormat::exr_float  ? OIIO::TypeFloat
+                              : format == ImageFormat::exr_half ? OIIO::TypeHalf
+                                                                : OIIO::TypeUInt8;
+  OIIO::ImageSpec spec(image.width, image.height, 3, type);
+  spec.channelnames = {"R", "G", "B"};
+  spec.attribute("oiio:ColorSpace", exr ? "Linear" : "sRGB");
+  switch (format) {
+    case ImageFormat::png: spec.attribute("png:compressionLevel", 1); break;
+    case ImageFormat::jpeg: spec.attribute("Compression", "jpeg:90"); break;
+    case ImageFormat::exr_half: spec.attribute("compression", "piz"); break;
+    case ImageFormat::exr_float: spec.attribute("compression", "zip"); break;
+  }
+  return spec;
+}
+
+const char* file_name(ImageFormat format) {
+  switch (format) {
+    case ImageFormat::png: return "memory.png";
+    case ImageFormat::jpeg: return "memory.jpg";
+    default: return "memory.exr";
+  }
+}
+
+Error encoding_failed(const std::string& reason) {
+  return {ErrorCode::internal, "the picture cannot be encoded: " + reason, {}};
+}
+
+Status write_image(const Image& image, ImageFormat format, const ToneMap& tone,
+                   OIIO::Filesystem::IOProxy& proxy) {
+  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(file_name(format), &proxy);
+  if (!output) return encoding_failed(OIIO::geterror());
+  if (!output->open(file_name(format), make_spec(image, format))) return encoding_failed(output->geterror());
+  bool written = false;
+  if (format == ImageFormat::exr_float) {
+    written = output->write_image(OIIO::TypeFloat, image.pixels.data());
+  } else if (format == ImageFormat::exr_half) {
+    written = output->write_image(OIIO::TypeFloat, half_range(image).data());
+  } else {
+    written = output->write_image(OIIO::TypeUInt8, tone_map(image, tone).data());
+  }
+  if (!written || !output->close()) return encoding_failed(output->geterror());
+  return Done{};
+}
+
+/// Positions of the channels named R, G and B.
+Result<std::array<int, 3>> find_rgb(const OIIO::ImageSpec& spec) {
+  std::array<int, 3> channels{};
+  constexpr const char* kNames[] = {"R", "G", "B"};
+  for (int c = 0; c < 3; ++c) {
+    channels[static_cast<std::size_t>(c)] = spec.channelindex(kNames[c]);
+    if (channels[static_cast<std::size_t>(c)] < 0) {
+      return invalid_input(std::string("the picture has no channel ") + kNames[c]);
+    }
+  }
+  return channels;
+}
+
+Result<Image> read_linear(OIIO::ImageInput& input) {
+  constexpr int kMaxSide = 65'536;
+  constexpr int kMaxChannels = 64;
+  const OIIO::ImageSpec spec = input.spec();
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.width > kMaxSide || spec.height > kMaxSide ||
+      spec.nchannels > kMaxChannels) {
+    return invalid_input("the picture has a size or channel count that is not allowed");
+  }
+  const Result<std::array<int, 3>> rgb = find_rgb(spec);
+  if (!rgb) return rgb.error();
+  const auto channels = static_cast<std::size_t>(spec.nchannels);
+  Image image(spec.width, spec.height);
+  std::vector<float> values(image.pixels.size() * channels);
+  if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, values.data())) {
+    return invalid_input("the picture cannot be decoded: " + input.geterror());
+  }
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      image.pixels[i][static_cast<int>(c)] = values[i * channels + static_cast<std::size_t>((*rgb)[c])];
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, const ToneMap& tone) {
+  if (image.pixels.empty()) return invalid_input("the picture is empty");
+  try {
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput proxy(bytes);
+    if (Status status = write_image(image, format, tone, proxy); !status) return status.error();
+    const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
+    return std::vector<std::byte>(first, first + bytes.size());
+  } catch (const std::exception& exception) {
+    return encoding_failed(exception.what());
+  }
+}
+
+Result<Image> decode_exr(std::span<const std::byte> bytes) {
+  try {
+    OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open("memory.exr", nullptr, &reader);
+    if (!input) return invalid_input("the picture cannot be decoded: " + OIIO::geterror());
+    return read_linear(*input);
+  } catch (const std::exception& exception) {
+    return invalid_input(std::string("the picture cannot be decoded: ") + exception.what());
+  }
+}
+
+}  // namespace photond

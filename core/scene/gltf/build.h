@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <tiny_gltf.h>
+
+#include "core/base/result.h"
+#include "core/scene/gltf.h"
+#include "core/scene/gltf/warnings.h"
+#include "core/scene/scene.h"
+
+namespace photond::gltf {
+
+/// Largest magnitude of a coordinate or factor: its square must stay a finite float.
+inline constexpr float kMaxMagnitude = 1e15f;
+
+/// A checked file on its way to a Scene.
+struct Build {
+  const tinygltf::Model& model;
+  const ResourceReader& resources;
+  const SceneLimits& limits;
+  Scene scene;
+  Warnings warnings;
+
+  std::map<int, std::uint32_t> images = {};                        ///< glTF image → Scene::images
+  std::map<std::pair<int, bool>, std::uint32_t> textures = {};     ///< glTF texture, sRGB → Scene::textures
+  std::map<std::pair<int, std::vector<double>>, std::vector<std::uint32_t>> meshes = {};
+  std::int64_t default_material = -1;                              ///< Scene::materials, once it is needed
+  std::uint64_t texture_pixels = 0;
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+};
+
+/// Decodes images[index] unless that was done already; returns its index in Scene::images.
+Result<std::uint32_t> build_image(Build& build, int index);
+
+/// One texture reference of a material (`info` fields as tinygltf parsed them, extensions beside them).
+Result<TextureSlot> build_texture(Build& build, int texture, int tex_coord,
+                                  const tinygltf::Value* transform, bool srgb, const std::string& where);
+
+/// Fills Scene::materials with all materials of the file, in its order.
+Status build_materials(Build& build);
+
+/// The meshes of one glTF mesh under the given morph weights (empty: the mesh's own), one per primitive with
+/// triangles; each is built once and shared by all its instances.
+Result<std::vector<std::uint32_t>> build_mesh(Build& build, int mesh, const std::vector<double>& weights);
+
+/// Walks the nodes of the chosen scene: instances, lights, cameras.
+Status build_nodes(Build& build);
+
+/// Adds a camera and a light where the file has none, each with a warning.
+void add_defaults(Build& build);
+
+/// Warns of everything in the file that changes the picture and is not read.
+void warn_of_ignored(Build& build);
+
+}  // namespace photond::gltf

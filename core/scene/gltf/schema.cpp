@@ -1,0 +1,217 @@
+#include "core/scene/gltf/schema.h"
+
+namespace photond::gltf {
+namespace {
+
+using Kind = Schema::Kind;
+
+constexpr double kMaxIndex = 2'147'483'647.0;           // the parser keeps indices in int
+constexpr double kMaxSize = 9'007'199'254'740'992.0;    // 2^53
+
+constexpr Schema kBoolean{.kind = Kind::boolean};
+constexpr Schema kString{.kind = Kind::string};
+constexpr Schema kNumber{.kind = Kind::number, .narrow_integers = true};
+constexpr Schema kUnit{.kind = Kind::number, .min = 0, .max = 1};
+constexpr Schema kNonNegative{.kind = Kind::number, .min = 0, .narrow_integers = true};
+constexpr Schema kIndex{.kind = Kind::integer, .min = 0, .max = kMaxIndex};
+constexpr Schema kSize{.kind = Kind::integer, .min = 0, .max = kMaxSize};
+constexpr Schema kLength{.kind = Kind::integer, .min = 1, .max = kMaxSize};
+constexpr Schema kObject{.kind = Kind::object};
+constexpr Schema kObjects{.kind = Kind::array, .items = &kObject};
+constexpr Schema kNumbers{.kind = Kind::array, .items = &kNumber};
+constexpr Schema kIndices{.kind = Kind::array, .items = &kIndex};
+constexpr Schema kStrings{.kind = Kind::array, .items = &kString};
+constexpr Schema kIndexMap{.kind = Kind::object, .others = &kIndex};
+constexpr Schema kIndexMaps{.kind = Kind::array, .items = &kIndexMap};
+
+constexpr Schema numbers(std::size_t n, const Schema& item = kNumber) {
+  return {.kind = Kind::array, .items = &item, .min_items = n, .max_items = n};
+}
+constexpr Schema object(std::span<const Field> fields) { return {.kind = Kind::object, .fields = fields}; }
+constexpr Schema list(const Schema& item) { return {.kind = Kind::array, .items = &item}; }
+
+constexpr Schema kVec2 = numbers(2), kVec3 = numbers(3), kVec4 = numbers(4), kMatrix = numbers(16);
+constexpr Schema kUnitVec3 = numbers(3, kUnit), kUnitVec4 = numbers(4, kUnit);
+constexpr Schema kColor3 = numbers(3, kNonNegative);
+
+// asset, buffers, views, accessors
+constexpr Field kAssetFields[] = {{"version", &kString, true}, {"minVersion", &kString},
+                                  {"generator", &kString},     {"copyright", &kString},
+                                  {"extensions", &kObject}};
+constexpr Schema kAsset = object(kAssetFields);
+constexpr Schema kBufferUri{.kind = Kind::string, .role = Role::buffer_uri};
+constexpr Schema kBufferLength{
+    .kind = Kind::integer, .role = Role::buffer_length, .min = 1, .max = kMaxSize};
+constexpr Field kBufferFields[] = {{"uri", &kBufferUri},
+                                   {"byteLength", &kBufferLength, true},
+                                   {"name", &kString},
+                                   {"extensions", &kObject}};
+constexpr Schema kBuffer{.kind = Kind::object, .role = Role::buffer, .fields = kBufferFields};
+constexpr Field kViewFields[] = {{"buffer", &kIndex, true}, {"byteOffset", &kSize},
+                                 {"byteLength", &kLength, true}, {"byteStride", &kSize},
+                                 {"target", &kIndex},       {"name", &kString},
+                                 {"extensions", &kObject}};
+constexpr Schema kView = object(kViewFields);
+constexpr Field kSparseIndicesFields[] = {
+    {"bufferView", &kIndex, true}, {"byteOffset", &kIndex}, {"componentType", &kIndex, true}};
+constexpr Schema kSparseIndices = object(kSparseIndicesFields);
+constexpr Field kSparseValuesFields[] = {{"bufferView", &kIndex, true}, {"byteOffset", &kIndex}};
+constexpr Schema kSparseValues = object(kSparseValuesFields);
+constexpr Schema kSparseCount{.kind = Kind::integer, .min = 1, .max = kMaxIndex};
+constexpr Field kSparseFields[] = {
+    {"count", &kSparseCount, true}, {"indices", &kSparseIndices, true}, {"values", &kSparseValues, true}};
+constexpr Schema kSparse = object(kSparseFields);
+constexpr Field kAccessorFields[] = {{"bufferView", &kIndex},   {"byteOffset", &kSize},
+                                     {"normalized", &kBoolean}, {"componentType", &kIndex, true},
+                                     {"count", &kLength, true}, {"type", &kString, true},
+                                     {"min", &kNumbers},        {"max", &kNumbers},
+                                     {"sparse", &kSparse},      {"name", &kString},
+                                     {"extensions", &kObject}};
+constexpr Schema kAccessor = object(kAccessorFields);
+
+// images, samplers, textures
+constexpr Field kImageFields[] = {{"uri", &kString},   {"bufferView", &kIndex},  {"mimeType", &kString},
+                                  {"name", &kString}, {"extensions", &kObject}};
+constexpr Schema kImage = object(kImageFields);
+constexpr Field kSamplerFields[] = {{"magFilter", &kIndex}, {"minFilter", &kIndex}, {"wrapS", &kIndex},
+                                    {"wrapT", &kIndex},     {"name", &kString}};
+constexpr Schema kSampler = object(kSamplerFields);
+constexpr Field kSourceFields[] = {{"source", &kIndex}};
+constexpr Schema kSource = object(kSourceFields);
+constexpr Field kTextureExtensionFields[] = {{"EXT_texture_webp", &kSource}};
+constexpr Schema kTextureExtensions = object(kTextureExtensionFields);
+constexpr Field kTextureFields[] = {{"sampler", &kIndex}, {"source", &kIndex}, {"name", &kString},
+                                    {"extensions", &kTextureExtensions}};
+constexpr Schema kTexture = object(kTextureFields);
+
+// materials
+constexpr Field kTransformFields[] = {
+    {"offset", &kVec2}, {"scale", &kVec2}, {"rotation", &kNumber}, {"texCoord", &kIndex}};
+constexpr Schema kTransform = object(kTransformFields);
+constexpr Field kInfoExtensionFields[] = {{"KHR_texture_transform", &kTransform}};
+constexpr Schema kInfoExtensions = object(kInfoExtensionFields);
+constexpr Field kInfoFields[] = {{"index", &kIndex, true}, {"texCoord", &kIndex},  {"scale", &kNumber},
+                                 {"strength", &kUnit},     {"extensions", &kInfoExtensions}};
+constexpr Schema kInfo = object(kInfoFields);
+constexpr Field kPbrFields[] = {{"baseColorFactor", &kUnitVec4}, {"baseColorTexture", &kInfo},
+                                {"metallicFactor", &kUnit},      {"roughnessFactor", &kUnit},
+                                {"metallicRoughnessTexture", &kInfo}};
+constexpr Schema kPbr = object(kPbrFields);
+constexpr Field kStrengthFields[] = {{"emissiveStrength", &kNonNegative}};
+constexpr Schema kStrength = object(kStrengthFields);
+constexpr Field kIorFields[] = {{"ior", &kNonNegative}};
+constexpr Schema kIor = object(kIorFields);
+constexpr Field kSpecularFields[] = {{"specularFactor", &kUnit},
+                                     {"specularTexture", &kInfo},
+                                     {"specularColorFactor", &kColor3},
+                                     {"specularColorTexture", &kInfo}};
+constexpr Schema kSpecular = object(kSpecularFields);
+constexpr Field kTransmissionFields[] = {{"transmissionFactor", &kUnit}, {"transmissionTexture", &kInfo}};
+constexpr Schema kTransmission = object(kTransmissionFields);
+constexpr Field kVolumeFields[] = {{"thicknessFactor", &kNonNegative},
+                                   {"thicknessTexture", &kInfo},
+                                   {"attenuationDistance", &kNonNegative},
+                                   {"attenuationColor", &kUnitVec3}};
+constexpr Schema kVolume = object(kVolumeFields);
+constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_emissive_strength", &kStrength},
+                                              {"KHR_materials_ior", &kIor},
+                                              {"KHR_materials_specular", &kSpecular},
+                                              {"KHR_materials_transmission", &kTransmission},
+                                              {"KHR_materials_volume", &kVolume},
+                                              {"KHR_materials_unlit", &kObject}};
+constexpr Schema kMaterialExtensions{
+    .kind = Kind::object, .fields = kMaterialExtensionFields, .others = &kObject};
+constexpr Field kMaterialFields[] = {{"name", &kString},
+                                     {"pbrMetallicRoughness", &kPbr},
+                                     {"normalTexture", &kInfo},
+                                     {"occlusionTexture", &kInfo},
+                                     {"emissiveTexture", &kInfo},
+                                     {"emissiveFactor", &kUnitVec3},
+                                     {"alphaMode", &kString},
+                                     {"alphaCutoff", &kNonNegative},
+                                     {"doubleSided", &kBoolean},
+                                     {"extensions", &kMaterialExtensions}};
+constexpr Schema kMaterial = object(kMaterialFields);
+
+// meshes
+constexpr Field kPrimitiveFields[] = {{"attributes", &kIndexMap, true}, {"indices", &kIndex},
+                                      {"material", &kIndex},            {"mode", &kIndex},
+                                      {"targets", &kIndexMaps},         {"extensions", &kObject}};
+constexpr Schema kPrimitive = object(kPrimitiveFields);
+constexpr Schema kPrimitives{.kind = Kind::array, .items = &kPrimitive, .min_items = 1};
+constexpr Field kMeshFields[] = {
+    {"primitives", &kPrimitives, true}, {"weights", &kNumbers}, {"name", &kString}, {"extensions", &kObject}};
+constexpr Schema kMesh = object(kMeshFields);
+
+// cameras and lights
+constexpr Field kPerspectiveFields[] = {
+    {"aspectRatio", &kNonNegative}, {"yfov", &kNonNegative, true}, {"zfar", &kNonNegative}, {"znear", &kNonNegative, true}};
+constexpr Schema kPerspective = object(kPerspectiveFields);
+constexpr Field kOrthographicFields[] = {
+    {"xmag", &kNumber, true}, {"ymag", &kNumber, true}, {"zfar", &kNonNegative, true}, {"znear", &kNonNegative, true}};
+constexpr Schema kOrthographic = object(kOrthographicFields);
+constexpr Field kCameraFields[] = {{"type", &kString, true},
+                                   {"perspective", &kPerspective},
+                                   {"orthographic", &kOrthographic},
+                                   {"name", &kString},
+                                   {"extensions", &kObject}};
+constexpr Schema kCamera = object(kCameraFields);
+constexpr Field kSpotFields[] = {{"innerConeAngle", &kNonNegative}, {"outerConeAngle", &kNonNegative}};
+constexpr Schema kSpot = object(kSpotFields);
+constexpr Field kLightFields[] = {{"type", &kString, true}, {"color", &kColor3},     {"intensity", &kNonNegative},
+                                  {"range", &kNonNegative}, {"spot", &kSpot},        {"name", &kString},
+                                  {"extensions", &kObject}};
+constexpr Schema kLight = object(kLightFields);
+constexpr Schema kLights = list(kLight);
+constexpr Field kLightsFields[] = {{"lights", &kLights, true}};
+constexpr Schema kLightsPunctual = object(kLightsFields);
+
+// nodes and scenes
+constexpr Field kLightReferenceFields[] = {{"light", &kIndex, true}};
+constexpr Schema kLightReference = object(kLightReferenceFields);
+constexpr Field kInstancingFields[] = {{"attributes", &kIndexMap, true}};
+constexpr Schema kInstancing = object(kInstancingFields);
+constexpr Field kNodeExtensionFields[] = {{"KHR_lights_punctual", &kLightReference},
+                                          {"EXT_mesh_gpu_instancing", &kInstancing}};
+constexpr Schema kNodeExtensions{.kind = Kind::object, .fields = kNodeExtensionFields, .others = &kObject};
+constexpr Field kNodeFields[] = {{"name", &kString},      {"camera", &kIndex},     {"mesh", &kIndex},
+                                 {"skin", &kIndex},       {"children", &kIndices}, {"matrix", &kMatrix},
+                                 {"translation", &kVec3}, {"rotation", &kVec4},    {"scale", &kVec3},
+                                 {"weights", &kNumbers},  {"extensions", &kNodeExtensions}};
+constexpr Schema kNode{.kind = Kind::object, .role = Role::node, .fields = kNodeFields};
+constexpr Field kSceneFields[] = {{"nodes", &kIndices}, {"name", &kString}, {"extensions", &kObject}};
+constexpr Schema kScene = object(kSceneFields);
+constexpr Field kRootExtensionFields[] = {{"KHR_lights_punctual", &kLightsPunctual}};
+constexpr Schema kRootExtensions = object(kRootExtensionFields);
+
+constexpr Schema kRequired{.kind = Kind::string, .role = Role::extension_required};
+constexpr Schema kRequiredList = list(kRequired);
+constexpr Schema kBuffers = list(kBuffer), kViews = list(kView), kAccessors = list(kAccessor),
+                 kImages = list(kImage), kSamplers = list(kSampler), kTextures = list(kTexture),
+                 kMaterials = list(kMaterial), kMeshes = list(kMesh), kCameras = list(kCamera),
+                 kNodes = list(kNode), kScenes = list(kScene);
+constexpr Field kRootFields[] = {{"asset", &kAsset, true},
+                                 {"scene", &kIndex},
+                                 {"extensionsUsed", &kStrings},
+                                 {"extensionsRequired", &kRequiredList},
+                                 {"buffers", &kBuffers},
+                                 {"bufferViews", &kViews},
+                                 {"accessors", &kAccessors},
+                                 {"images", &kImages},
+                                 {"samplers", &kSamplers},
+                                 {"textures", &kTextures},
+                                 {"materials", &kMaterials},
+                                 {"meshes", &kMeshes},
+                                 {"cameras", &kCameras},
+                                 {"nodes", &kNodes},
+                                 {"scenes", &kScenes},
+                                 {"skins", &kObjects},
+                                 {"animations", &kObjects},
+                                 {"extensions", &kRootExtensions}};
+constexpr Schema kRoot = object(kRootFields);
+
+}  // namespace
+
+const Schema& gltf_schema() { return kRoot; }
+
+}  // namespace photond::gltf

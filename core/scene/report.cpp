@@ -1,0 +1,64 @@
+#include "core/scene/report.h"
+
+namespace photond {
+namespace {
+
+bool is_textured(const Material& m) {
+  return m.base_color_texture.used() || m.metallic_roughness_texture.used() || m.normal_texture.used() ||
+         m.emission_texture.used() || m.specular_texture.used() || m.specular_color_texture.used() ||
+         m.transmission_texture.used();
+}
+
+void count_geometry(const Scene& scene, SceneReport& report) {
+  report.meshes = scene.meshes.size();
+  report.instances = scene.instances.size();
+  for (const Mesh& mesh : scene.meshes) report.triangles_stored += mesh.triangles.size();
+  for (const Instance& instance : scene.instances) {
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    report.triangles_placed += mesh.triangles.size();
+    if (scene.materials[mesh.material].emissive()) report.emissive_triangles += mesh.triangles.size();
+  }
+}
+
+}  // namespace
+
+SceneReport make_report(const Scene& scene) {
+  SceneReport report;
+  count_geometry(scene, report);
+  report.textures = scene.textures.size();
+  for (const TextureImage& image : scene.images) {
+    report.texture_pixels += static_cast<std::uint64_t>(image.width) * static_cast<std::uint64_t>(image.height);
+  }
+  report.bounds = world_bounds(scene);
+  report.environment = scene.environment.radiance;
+  for (const Camera& camera : scene.cameras) {
+    report.cameras.push_back({camera.name, camera.orthographic, camera.orthographic ? 0 : camera.yfov,
+                              camera.orthographic ? camera.ymag : 0});
+  }
+  for (const PunctualLight& light : scene.lights) {
+    report.lights.push_back({light.name, light.type, light.intensity});
+  }
+  for (const Material& material : scene.materials) {
+    report.materials.push_back(
+        {material.name, material_kind(material), material.emissive(), is_textured(material)});
+  }
+  report.warnings = scene.warnings;
+  return report;
+}
+
+std::string material_kind(const Material& m) {
+  const bool smooth = m.roughness == 0;
+  if (m.transmission > 0.5f && m.metallic < 0.5f) {
+    if (m.thin_walled) return "thin glass";
+    return smooth ? "glass" : "frosted glass";
+  }
+  if (m.metallic >= 0.5f) return smooth ? "mirror" : "metal";
+  return m.specular == 0 || is_black(m.specular_color) ? "diffuse" : "glossy";
+}
+
+std::string light_type_name(LightType type) {
+  if (type == LightType::point) return "point";
+  return type == LightType::spot ? "spot" : "directional";
+}
+
+}  // namespace photond
