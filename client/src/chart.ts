@@ -14,27 +14,27 @@ export interface LogAxis {
   ticks: number[];
 }
 
-/** An axis from coordinate `start` to `end` that holds all `values` (positive), widened to at least a factor of two. */
+/** An axis from coordinate `start` to `end` that holds all `values` (positive), widened to a factor of three, so that a tick falls in. */
 export function log_axis(values: number[], start: number, end: number): LogAxis {
   let low = Math.min(...values);
   let high = Math.max(...values);
-  if (high < 2 * low) {
+  if (high < 3 * low) {
     const middle = Math.sqrt(low * high);
-    low = middle / Math.SQRT2;
-    high = middle * Math.SQRT2;
+    low = middle / Math.sqrt(3);
+    high = middle * Math.sqrt(3);
   }
   const place = (value: number) => start + ((end - start) * Math.log(value / low)) / Math.log(high / low);
   return { place, ticks: log_ticks(low, high) };
 }
 
-/** Powers of ten within [low, high] where there are at least two of them, else 1, 2, 5 times these. */
+/** Round values within [low, high]: powers of ten where there are three of them, else finer steps. */
 export function log_ticks(low: number, high: number): number[] {
-  const decades: number[] = [];
-  for (let power = Math.floor(Math.log10(low)); power <= Math.ceil(Math.log10(high)); ++power) decades.push(power);
+  const powers: number[] = [];
+  for (let power = Math.floor(Math.log10(low)); power <= Math.ceil(Math.log10(high)); ++power) powers.push(power);
   const within = (steps: number[]) =>
-    decades.flatMap((power) => steps.map((step) => Number(`${step}e${power}`))).filter((tick) => tick >= low && tick <= high);
-  const sparse = within([1]);
-  return sparse.length >= 2 ? sparse : within([1, 2, 5]);
+    powers.flatMap((power) => steps.map((step) => Number(`${step}e${power}`))).filter((tick) => tick >= low && tick <= high);
+  const choices = [within([1]), within([1, 2, 5]), within([1, 2, 3, 4, 5, 6, 8])];
+  return choices.find((ticks) => ticks.length >= 3) ?? choices[2]!;
 }
 
 /** Draws error over seconds, both logarithmic (noise falls on a straight line), with `target` as a dashed line. */
@@ -47,7 +47,7 @@ export function draw_chart(svg: SVGSVGElement, points: SeriesPoint[], target: nu
   const y = log_axis(target ? [...errors, target] : errors, kHeight - kBottom, kTop);
   const at = (point: SeriesPoint) => [x.place(point.seconds), y.place(point.error)] as const;
   svg.replaceChildren(
-    ...x.ticks.flatMap((tick) => vertical(x.place(tick), format_seconds_short(tick))),
+    ...x.ticks.flatMap((tick) => vertical(x.place(tick), tick_label(tick))),
     ...y.ticks.flatMap((tick) => horizontal(y.place(tick), format_percent(tick))),
     ...(target ? [line('target', kLeft, y.place(target), kWidth - kRight, y.place(target))] : []),
     shape('polyline', { class: 'curve', points: shown.map((point) => at(point).map(rounded).join(',')).join(' ') }),
@@ -80,8 +80,8 @@ function shape(tag: string, attributes: Record<string, string>): SVGElement {
   return element;
 }
 
-function format_seconds_short(seconds: number): string {
-  return seconds < 60 ? `${seconds} s` : format_seconds(seconds).replace(' 00 s', '').replace(' 00 min', '');
+function tick_label(seconds: number): string {
+  return seconds < 10 ? `${seconds} s` : format_seconds(seconds);
 }
 
 function rounded(value: number): string {

@@ -1,9 +1,9 @@
 import type { Failure } from './api';
 import { describe } from './api';
 import { by_id, make, set_children, set_text } from './dom';
-import { kMethodHints } from './names';
+import { kMethodHints, kMethodNames } from './names';
 import { SceneReportView } from './scene_report';
-import { chosen_report, type State } from './state';
+import { chosen_report, scene_title, type State } from './state';
 import type { JobRequest, Method, Scene } from './wire';
 
 export interface JobFormHandlers {
@@ -36,6 +36,8 @@ export class JobForm {
   private readonly start = by_id('start', HTMLButtonElement);
   private readonly failure = by_id('form-error', HTMLElement);
   private readonly report = new SceneReportView();
+  /** What method auto would choose for the chosen scene. */
+  private planned: Method | null = null;
 
   constructor(private readonly handlers: JobFormHandlers) {
     this.scene.addEventListener('change', () => handlers.on_scene(this.scene.value));
@@ -57,6 +59,8 @@ export class JobForm {
     set_children(this.camera, JSON.stringify([state.scene, cameras]), () =>
       cameras.map((name, index) => make('option', { value: String(index) }, name || `Camera ${index + 1}`)));
     this.camera.disabled = cameras.length < 2;
+    this.planned = report && typeof report !== 'string' ? report.plan.method : null;
+    this.show_hint();
   }
 
   /** While a request is on its way the form cannot be sent again. */
@@ -111,7 +115,9 @@ export class JobForm {
   }
 
   private show_hint(): void {
-    set_text(by_id('method-hint', HTMLElement), kMethodHints[this.method()]);
+    const method = this.method();
+    const here = method === 'auto' && this.planned ? ` Here: ${kMethodNames[this.planned]}.` : '';
+    set_text(by_id('method-hint', HTMLElement), kMethodHints[method] + here);
   }
 
   private mark(field: { input: string; error: string }, words: string): void {
@@ -141,7 +147,7 @@ function scene_options(scenes: Scene[]): Node[] {
 }
 
 function scene_option(scene: Scene): HTMLOptionElement {
-  return make('option', { value: scene.id }, scene.name.replaceAll('_', ' ') || `Scene ${scene.id.slice(0, 8)}`);
+  return make('option', { value: scene.id }, scene_title(scene));
 }
 
 /** Files come by the file field or by dropping them anywhere on the page. */

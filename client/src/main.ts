@@ -94,17 +94,21 @@ async function load_report(scene: string): Promise<void> {
 }
 
 async function upload(file: File): Promise<void> {
-  const is_zip = file.name.toLowerCase().endsWith('.zip');
   const limit = state.info?.limits.max_upload_bytes;
   if (limit && file.size > limit) return form.show_upload(`${file.name} is larger than the server accepts.`, true);
   form.show_upload(`Sending ${file.name} …`);
-  const answer = await api.upload(file, is_zip ? 'application/zip' : 'model/gltf-binary');
+  const answer = await api.upload(file, media_type_of(file.name));
   if (answer.ok) {
     form.show_upload(`${file.name} is ready.`);
     dispatch({ type: 'scene_added', report: { ...answer.value, name: answer.value.name || file.name } });
   } else {
     form.show_upload(`${file.name}: ${describe(answer.failure)}`, true);
   }
+}
+
+function media_type_of(name: string): string {
+  if (/\.zip$/i.test(name)) return 'application/zip';
+  return /\.gltf$/i.test(name) ? 'model/gltf+json' : 'model/gltf-binary';
 }
 
 async function submit(request: JobRequest): Promise<void> {

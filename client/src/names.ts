@@ -11,7 +11,7 @@ export const kMethodNames: Record<Method, string> = {
 };
 
 export const kMethodHints: Record<Method, string> = {
-  auto: 'Chosen by what the scene needs; the plan says why.',
+  auto: 'Chosen by what the scene needs.',
   progressive: 'Photon maps with shrinking radius: right in the end, caustics included.',
   photon_map: 'One reused map and final gather: quick and smooth, but biased.',
   path: 'Path tracing: unbiased, but slow to find caustics.',

@@ -1,5 +1,5 @@
 import { by_id, make, set_children, set_text } from './dom';
-import { format_count, format_length } from './format';
+import { format_count, format_lengths } from './format';
 import type { SceneReport } from './wire';
 
 /** What is in the chosen scene, and what of it is not shown as its author meant. */
@@ -20,13 +20,17 @@ export class SceneReportView {
   }
 }
 
-/** `1 204 triangles, 3 materials, 1 light, 2.0 × 2.0 × 2.0 m`. */
+/** `1 204 triangles, 3 materials; lit by 2 emissive triangles; 2 × 2.5 × 2 m`. */
 export function summary(report: SceneReport): string {
-  const parts = [
-    plural(report.triangles, 'triangle'), plural(report.materials, 'material'), plural(report.lights, 'light'),
-  ];
-  if (report.size) parts.push(report.size.map(format_length).join(' × '));
-  return parts.join(', ');
+  const lit_by: string[] = [];
+  if (report.lights > 0) lit_by.push(plural(report.lights, 'light'));
+  if (report.emissive_triangles > 0) lit_by.push(plural(report.emissive_triangles, 'emissive triangle'));
+  if (report.environment) lit_by.push('its surroundings');
+  return [
+    `${plural(report.triangles, 'triangle')}, ${plural(report.materials, 'material')}`,
+    ...(lit_by.length > 0 ? [`lit by ${lit_by.join(' and ')}`] : []),
+    ...(report.size ? [format_lengths(report.size)] : []),
+  ].join('; ');
 }
 
 function plural(count: number, noun: string): string {

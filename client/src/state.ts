@@ -76,7 +76,13 @@ export function chosen_report(state: State): SceneReport | string | null {
 
 /** A name for people: the sample's or file's, else the start of the id. */
 export function scene_name(state: State, id: string): string {
-  return state.scenes.find((scene) => scene.id === id)?.name || `scene ${id.slice(0, 8)}`;
+  const scene = state.scenes.find((known) => known.id === id);
+  return scene ? scene_title(scene) : `scene ${id.slice(0, 8)}`;
+}
+
+export function scene_title(scene: Scene): string {
+  if (scene.name === '') return `scene ${scene.id.slice(0, 8)}`;
+  return scene.sample ? scene.name.replaceAll('_', ' ') : scene.name;
 }
 
 function with_scenes(state: State, scenes: Scene[]): State {

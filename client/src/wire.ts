@@ -1,4 +1,4 @@
-import { count, flag, list, maybe, number, object, one_of, text, type Parser } from './parse';
+import { count, flag, list, maybe, number, object, one_of, text, WireError, type Parser } from './parse';
 
 export type JobState =
   | 'queued' | 'preparing' | 'rendering' | 'finalizing' | 'succeeded' | 'canceling' | 'canceled' | 'failed';
@@ -12,7 +12,6 @@ export interface Info {
 /** What the server accepts. */
 export interface Limits {
   max_upload_bytes: number;
-  max_pixels: number;
 }
 
 /** A scene as it is listed. */
@@ -26,11 +25,17 @@ export interface Scene {
 /** A scene with what is in it. */
 export interface SceneReport extends Scene {
   triangles: number;
+  emissive_triangles: number;
+  /** Points, spots and directional lights. */
   lights: number;
+  /** Whether light comes from infinity. */
+  environment: boolean;
   materials: number;
   cameras: string[];
+  /** Of the bounds, in metres; null for an empty scene. */
   size: [number, number, number] | null;
-  plan: Plan | null;
+  /** What method auto would do. */
+  plan: Plan;
   warnings: string[];
 }
 
@@ -193,8 +198,43 @@ export const parse_problem: Parser<Problem> = (value, pointer) => {
   return { title: title ?? '', detail: detail ?? '', pointer: place ?? '' };
 };
 
-// Until the server's own shapes are known.
-export const parse_info: Parser<Info> = object<Info>({ version: text, limits: object<Limits>({ max_upload_bytes: number, max_pixels: number }) });
-const scene = object<Scene>({ id: text, name: text, bytes: number, sample: flag });
+export const parse_info: Parser<Info> = object<Info>({
+  version: text, limits: object<Limits>({ max_upload_bytes: count }),
+});
+
+const scene = object<Scene>({ id: text, name: text, bytes: count, sample: flag });
+
 export const parse_scenes: Parser<Scene[]> = (value, pointer) => object({ scenes: list(scene) })(value, pointer).scenes;
-export const parse_report: Parser<SceneReport> = (value, pointer) => ({ ...scene(value, pointer), triangles: 0, lights: 0, materials: 0, cameras: [], size: null, plan: null, warnings: [] });
+
+const vector: Parser<[number, number, number]> = (value, pointer) => {
+  const [x, y, z, ...more] = list(number)(value, pointer);
+  if (x === undefined || y === undefined || z === undefined || more.length > 0) throw new WireError(pointer, 'three numbers');
+  return [x, y, z];
+};
+
+const report = object({
+  counts: object({ triangles: count, emissive_triangles: count }),
+  bounds: maybe(object({ min: vector, max: vector })),
+  environment: vector,
+  cameras: list(object({ name: text })),
+  lights: list(object({})),
+  materials: list(object({})),
+  warnings: list(text),
+});
+
+export const parse_report: Parser<SceneReport> = (value, pointer) => {
+  const { report: found, plan: planned } = object({ report, plan })(value, pointer);
+  const { bounds } = found;
+  return {
+    ...scene(value, pointer),
+    triangles: found.counts.triangles,
+    emissive_triangles: found.counts.emissive_triangles,
+    lights: found.lights.length,
+    environment: found.environment.some((radiance) => radiance > 0),
+    materials: found.materials.length,
+    cameras: found.cameras.map((camera) => camera.name),
+    size: bounds && [bounds.max[0] - bounds.min[0], bounds.max[1] - bounds.min[1], bounds.max[2] - bounds.min[2]],
+    plan: planned,
+    warnings: found.warnings,
+  };
+};

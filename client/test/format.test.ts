@@ -1,0 +1,55 @@
+import { describe, expect, it } from 'vitest';
+import { log_axis, log_ticks } from '../src/chart';
+import { format_count, format_lengths, format_percent, format_seconds } from '../src/format';
+import { progress_of } from '../src/job_panel';
+import { a_job } from './messages';
+
+describe('numbers for people', () => {
+  it.each([
+    [0, '0.0 s'], [1.25, '1.3 s'], [9.96, '10 s'], [60, '60 s'], [185, '3 min 05 s'], [599.6, '10 min'], [3599.7, '1 h'], [7440, '2 h 04 min'],
+  ])('%d seconds', (seconds, text) => expect(format_seconds(seconds)).toBe(text));
+
+  it.each([
+    [0, '0 %'], [0.5, '50 %'], [1.234, '123 %'], [0.0412, '4.1 %'], [0.00034, '0.034 %'], [1e-9, '0.0000 %'],
+  ])('%d as per cent', (fraction, text) => expect(format_percent(fraction)).toBe(text));
+
+  it.each([[0, '0'], [999, '999'], [1234567, '1\u2009234\u2009567']])('%d counted', (value, text) => expect(format_count(value)).toBe(text));
+
+  it.each([
+    [[2, 2.5, 2], '2 × 2.5 × 2 m'], [[0.25, 0.1, 0], '25 × 10 × 0 cm'], [[0.0021, 0, 0], '2.1 × 0 × 0 mm'], [[0, 0, 0], '0 × 0 × 0 m'],
+  ])('%j metres', (metres, text) => expect(format_lengths(metres)).toBe(text));
+});
+
+describe('progress_of', () => {
+  const rule = { passes: null, seconds: null, relative_error: null };
+
+  it('is that of the rule that is nearest', () => {
+    expect(progress_of(a_job({ passes: 4, seconds: 6, stop: { ...rule, passes: 16, seconds: 10 } }))).toBe(0.6);
+    expect(progress_of(a_job({ error: 0.2, stop: { ...rule, relative_error: 0.1 } }))).toBeCloseTo(0.25);
+    expect(progress_of(a_job({ passes: 20, stop: { ...rule, passes: 16 } }))).toBe(1);
+  });
+
+  it('is unknown before there is an error to compare, and whole at the end', () => {
+    expect(progress_of(a_job({ error: null, stop: { ...rule, relative_error: 0.1 } }))).toBeNull();
+    expect(progress_of(a_job({ state: 'succeeded', passes: 1 }))).toBe(1);
+  });
+});
+
+describe('the axes of the chart', () => {
+  it('has powers of ten, or finer steps within one', () => {
+    expect(log_ticks(0.5, 200)).toEqual([1, 10, 100]);
+    expect(log_ticks(0.9, 12)).toEqual([1, 2, 5, 10]);
+    expect(log_ticks(0.15, 0.45)).toEqual([0.2, 0.3, 0.4]);
+  });
+
+  it('maps the ends to the ends', () => {
+    const axis = log_axis([1, 100], 50, 400);
+    expect([1, 10, 100].map(axis.place)).toEqual([50, 225, 400]);
+  });
+
+  it('is wide enough for a single value', () => {
+    const axis = log_axis([3, 3], 0, 100);
+    expect(axis.place(3)).toBeCloseTo(50);
+    expect(axis.ticks.length).toBeGreaterThan(0);
+  });
+});

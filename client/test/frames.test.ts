@@ -1,0 +1,96 @@
+import { describe, expect, it } from 'vitest';
+import type { FramePicture } from '../src/api';
+import { FrameLoader, supersedes, type FrameKey } from '../src/frames';
+
+const key = (job: string, revision: number, lossless = false): FrameKey => ({ job, revision, lossless });
+
+/** A loader whose fetches are answered by hand. */
+function bench() {
+  const asked: { key: FrameKey; signal: AbortSignal; answer(picture: FramePicture | null): Promise<void> }[] = [];
+  const shown: FrameKey[] = [];
+  const loader = new FrameLoader(
+    (wanted, signal) => new Promise((resolve) => {
+      const answer = async (picture: FramePicture | null) => {
+        resolve(picture);
+        await new Promise((done) => setTimeout(done));
+      };
+      asked.push({ key: wanted, signal, answer });
+    }),
+    (_picture, found) => shown.push(found));
+  return { loader, asked, shown };
+}
+
+const picture = (revision: number) => ({ revision, bitmap: {} as ImageBitmap });
+
+describe('supersedes', () => {
+  it('prefers newer revisions, then lossless ones, of the watched job only', () => {
+    expect(supersedes(key('a', 1), null, 'a')).toBe(true);
+    expect(supersedes(key('a', 1), null, 'b')).toBe(false);
+    expect(supersedes(key('a', 2), key('a', 1), 'a')).toBe(true);
+    expect(supersedes(key('a', 1), key('a', 2), 'a')).toBe(false);
+    expect(supersedes(key('a', 2), key('a', 2), 'a')).toBe(false);
+    expect(supersedes(key('a', 2, true), key('a', 2), 'a')).toBe(true);
+    expect(supersedes(key('a', 2), key('a', 2, true), 'a')).toBe(false);
+    expect(supersedes(key('a', 1), key('b', 7), 'a')).toBe(true);
+  });
+});
+
+describe('FrameLoader', () => {
+  it('fetches one at a time, and of those announced meanwhile only the newest', async () => {
+    const { loader, asked, shown } = bench();
+    loader.watch('a');
+    for (const revision of [1, 2, 3, 2]) loader.announce(key('a', revision));
+    expect(asked.map((fetch) => fetch.key.revision)).toEqual([1]);
+    await asked[0]!.answer(picture(1));
+    expect(asked.map((fetch) => fetch.key.revision)).toEqual([1, 3]);
+    await asked[1]!.answer(picture(3));
+    expect(shown.map((found) => found.revision)).toEqual([1, 3]);
+    expect(asked).toHaveLength(2);
+  });
+
+  it('drops what arrives after another job is watched', async () => {
+    const { loader, asked, shown } = bench();
+    loader.watch('a');
+    loader.announce(key('a', 5));
+    loader.watch('b');
+    loader.announce(key('b', 1));
+    expect(asked[0]!.signal.aborted).toBe(true);
+    await asked[1]!.answer(picture(1));
+    await asked[0]!.answer(picture(5));
+    expect(shown).toEqual([key('b', 1)]);
+  });
+
+  it('drops a late picture of a job that is watched again', async () => {
+    const { loader, asked, shown } = bench();
+    loader.watch('a');
+    loader.announce(key('a', 1));
+    loader.watch('b');
+    loader.watch('a');
+    loader.announce(key('a', 2));
+    await asked[1]!.answer(picture(2));
+    await asked[0]!.answer(picture(1));
+    expect(shown).toEqual([key('a', 2)]);
+  });
+
+  it('does not fetch again what a newer answer has overtaken', async () => {
+    const { loader, asked, shown } = bench();
+    loader.watch('a');
+    loader.announce(key('a', 1));
+    loader.announce(key('a', 3));
+    await asked[0]!.answer(picture(4)); // revision 1 was not kept, the newest came instead
+    expect(shown).toEqual([key('a', 4)]);
+    expect(asked).toHaveLength(1);
+  });
+
+  it('goes on after a picture that could not be had', async () => {
+    const { loader, asked, shown } = bench();
+    loader.watch('a');
+    loader.announce(key('a', 1));
+    await asked[0]!.answer(null);
+    loader.announce(key('a', 1));
+    await asked[1]!.answer(picture(1));
+    loader.announce(key('a', 1, true));
+    await asked[2]!.answer(picture(1));
+    expect(shown).toEqual([key('a', 1), key('a', 1, true)]);
+  });
+});

@@ -1,0 +1,93 @@
+import { describe, expect, it } from 'vitest';
+import { kInitialState, reduce, scene_name, watched_job, type Action, type State } from '../src/state';
+import { parse_report, type Scene } from '../src/wire';
+import { a_job, an_event, scene_message } from './messages';
+
+const after = (state: State, ...actions: Action[]) => actions.reduce(reduce, state);
+const watching: State = { ...kInitialState, jobs: [a_job()], watched: 'j-1' };
+const a_scene = (id: string, name: string): Scene => ({ id, name, bytes: 10, sample: name !== '' });
+
+describe('jobs', () => {
+  it('takes the numbers of a newer event', () => {
+    const job = watched_job(after(watching, { type: 'event', event: an_event() }));
+    expect(job).toMatchObject({ version: 6, passes: 4, error: 0.2, revision: 3, map_hits: 3, width: 320 });
+  });
+
+  it('is not changed by an older event, job or list', () => {
+    const old = a_job({ version: 4, passes: 1 });
+    expect(after(watching, { type: 'event', event: an_event({ version: 4, passes: 1 }) })).toEqual(watching);
+    expect(after(watching, { type: 'job', job: old }).jobs).toEqual(watching.jobs);
+    expect(after(watching, { type: 'jobs', jobs: [old] }).jobs).toEqual(watching.jobs);
+  });
+
+  it('ignores events of jobs it does not know', () => {
+    expect(after(watching, { type: 'event', event: an_event({ job: 'j-2' }) })).toEqual(watching);
+  });
+
+  it('puts a new job first', () => {
+    const jobs = after(watching, { type: 'job', job: a_job({ id: 'j-2' }) }).jobs;
+    expect(jobs.map((job) => job.id)).toEqual(['j-2', 'j-1']);
+  });
+
+  it('keeps the watched job though the list does not reach back to it', () => {
+    const jobs = after(watching, { type: 'jobs', jobs: [a_job({ id: 'j-9' })] }).jobs;
+    expect(jobs.map((job) => job.id)).toEqual(['j-9', 'j-1']);
+  });
+
+  it('has no time left once it has ended', () => {
+    const event = an_event({ state: 'canceled', eta_seconds: 3 });
+    expect(watched_job(after(watching, { type: 'event', event }))).toMatchObject({ state: 'canceled', eta_seconds: null });
+  });
+
+  it('forgets a job that the server does not know', () => {
+    const state = after(watching, { type: 'job_missing', job: 'j-1' });
+    expect(state).toMatchObject({ jobs: [], watched_missing: true });
+    expect(after(state, { type: 'watch', job: 'j-2' }).watched_missing).toBe(false);
+    expect(after(watching, { type: 'job_missing', job: 'j-7' }).watched_missing).toBe(false);
+  });
+});
+
+describe('the curve of the watched job', () => {
+  const points = (state: State) => state.series.map(({ seconds, error }) => [seconds, error]);
+
+  it('joins series and events in the order of time, once each', () => {
+    const state = after(watching,
+      { type: 'event', event: an_event({ seconds: 2, error: 0.2 }) },
+      { type: 'series', job: 'j-1', points: [{ seconds: 1, error: 0.4 }, { seconds: 2, error: 0.2 }] },
+      { type: 'event', event: an_event({ version: 7, seconds: 3, error: 0.1 }) });
+    expect(points(state)).toEqual([[1, 0.4], [2, 0.2], [3, 0.1]]);
+  });
+
+  it('takes nothing of other jobs, nor points without an error', () => {
+    const both: State = { ...watching, jobs: [...watching.jobs, a_job({ id: 'j-2' })] };
+    const state = after(both,
+      { type: 'event', event: an_event({ job: 'j-2' }) },
+      { type: 'event', event: an_event({ error: null }) },
+      { type: 'series', job: 'j-2', points: [{ seconds: 1, error: 1 }] });
+    expect(points(state)).toEqual([]);
+  });
+
+  it('begins anew with another job, and stays with the same', () => {
+    const state = after(watching, { type: 'event', event: an_event() });
+    expect(points(after(state, { type: 'watch', job: 'j-1' }))).toHaveLength(1);
+    expect(points(after(state, { type: 'watch', job: 'j-2' }))).toHaveLength(0);
+  });
+});
+
+describe('scenes', () => {
+  it('chooses the first, and keeps a choice that is still there', () => {
+    const scenes = [a_scene('a', 'box'), a_scene('b', 'pool')];
+    const state = after(kInitialState, { type: 'scenes', scenes });
+    expect(state.scene).toBe('a');
+    expect(after(state, { type: 'scene_chosen', scene: 'b' }, { type: 'scenes', scenes }).scene).toBe('b');
+    expect(after(state, { type: 'scenes', scenes: [] }).scene).toBeNull();
+  });
+
+  it('remembers the file name of an upload, which the server does not', () => {
+    const report = { ...parse_report(scene_message(), ''), ...a_scene('c', 'mine.glb') };
+    const state = after(kInitialState, { type: 'scene_added', report }, { type: 'scenes', scenes: [a_scene('c', '')] });
+    expect(state.scene).toBe('c');
+    expect(scene_name(state, 'c')).toBe('mine.glb');
+    expect(scene_name(state, 'd'.repeat(64))).toBe('scene dddddddd');
+  });
+});

@@ -1,0 +1,109 @@
+import { describe, expect, it } from 'vitest';
+import { WireError } from '../src/parse';
+import { parse_event, parse_job, parse_jobs, parse_info, parse_problem, parse_report, parse_scenes, parse_series } from '../src/wire';
+import { a_job, an_event, event_message, job_message, scene_message } from './messages';
+
+function pointer_of_failure(parse: () => unknown): string {
+  try {
+    parse();
+  } catch (error) {
+    if (error instanceof WireError) return error.pointer;
+    throw error;
+  }
+  throw new Error('the message was accepted');
+}
+
+describe('parse_job', () => {
+  it('takes what the page needs', () => {
+    const plan = { method: 'progressive', biased: false, items: [{ feature: 'method', active: true, reason: 'there is glass' }] };
+    expect(parse_job(job_message(), '')).toEqual(a_job({ plan: plan as never }));
+  });
+
+  it('takes a queued job, which has no plan, error or picture yet', () => {
+    const job = parse_job(job_message({ plan: null, error: null, eta_seconds: null, first_frame_seconds: null, revision: 0 }), '');
+    expect(job).toMatchObject({ plan: null, error: null, eta_seconds: null, revision: 0 });
+  });
+
+  it('takes why a job failed', () => {
+    const problem = { code: 'invalid_input', detail: 'too dark', pointer: '' };
+    expect(parse_job(job_message({ state: 'failed', problem }), '').failure).toBe('too dark');
+  });
+
+  it.each([
+    ['/state', { state: 'paused' }],
+    ['/passes', { passes: '3' }],
+    ['/passes', { passes: -1 }],
+    ['/version', { version: 1.5 }],
+    ['/maps/hits', { maps: { misses: 1 } }],
+    ['/error/relative', { error: { relative: 'NaN' } }],
+    ['/error', { error: 0.1 }],
+    ['/plan/items/0/reason', { plan: { method: 'path', biased: false, items: [{ feature: 'x', active: true }] } }],
+    ['/plan/method', { plan: { method: 'magic', biased: false, items: [] } }],
+    ['/spec', { spec: null }],
+    ['/spec/film/width', { spec: { method: 'path', film: { height: 3 }, stop: {} } }],
+    ['/id', { id: null }],
+  ])('names %s where it is malformed', (pointer, changes) => {
+    expect(pointer_of_failure(() => parse_job(job_message(changes), ''))).toBe(pointer);
+  });
+
+  it.each([[null], [7], ['text'], [[]]])('refuses %j', (value) => {
+    expect(pointer_of_failure(() => parse_job(value, ''))).toBe('');
+  });
+});
+
+describe('parse_report', () => {
+  it('takes what the page needs', () => {
+    expect(parse_report(scene_message(), '')).toMatchObject({
+      name: 'box', triangles: 1204, emissive_triangles: 2, lights: 0, environment: false, materials: 1,
+      cameras: ['main'], size: [2, 2.5, 2], plan: { method: 'progressive' }, warnings: ['materials[0]: something is ignored'],
+    });
+  });
+
+  it('takes a scene without extent', () => {
+    const report = { ...(scene_message()['report'] as object), bounds: null };
+    expect(parse_report(scene_message({ report }), '').size).toBeNull();
+  });
+
+  it('names what is malformed', () => {
+    expect(pointer_of_failure(() => parse_report(scene_message({ report: undefined }), ''))).toBe('/report');
+    const report = { ...(scene_message()['report'] as object), bounds: { min: [0, 0], max: [1, 1, 1] } };
+    expect(pointer_of_failure(() => parse_report(scene_message({ report }), ''))).toBe('/report/bounds/min');
+  });
+
+  it('takes lists, where there are no reports', () => {
+    const { report: _report, plan: _plan, ...listed } = scene_message();
+    expect(parse_scenes({ scenes: [listed] }, '')).toEqual([{ id: 'ab'.repeat(32), name: 'box', bytes: 1000, sample: true }]);
+  });
+});
+
+describe('the other messages', () => {
+  it('names the job of a list that is malformed', () => {
+    expect(parse_jobs({ jobs: [job_message()], next_cursor: null }, '')).toHaveLength(1);
+    expect(pointer_of_failure(() => parse_jobs({ jobs: [job_message(), job_message({ id: 1 })] }, ''))).toBe('/jobs/1/id');
+  });
+
+  it('takes the version and the limits of the server', () => {
+    const info = { name: 'photond', version: '0.1.0', limits: { max_upload_bytes: 100, max_streams: 2 } };
+    expect(parse_info(info, '')).toEqual({ version: '0.1.0', limits: { max_upload_bytes: 100 } });
+    expect(pointer_of_failure(() => parse_info({ version: '1' }, ''))).toBe('/limits');
+  });
+
+  it('takes events', () => {
+    expect(parse_event(event_message(), '')).toEqual(an_event());
+    expect(pointer_of_failure(() => parse_event(event_message({ job: 1 }), ''))).toBe('/job');
+  });
+
+  it('leaves out points of a series without an error', () => {
+    const points = [
+      { revision: 1, passes: 1, seconds: 0.5, error: null },
+      { revision: 2, passes: 2, seconds: 1, error: { relative: 0.5, rmse: 1 } },
+    ];
+    expect(parse_series({ job: 'j-1', points }, '')).toEqual([{ seconds: 1, error: 0.5 }]);
+  });
+
+  it('takes problems with and without details', () => {
+    expect(parse_problem({ title: 'Bad', status: 400, detail: 'no', pointer: '/film' }, '')).toEqual({ title: 'Bad', detail: 'no', pointer: '/film' });
+    expect(parse_problem({}, '')).toEqual({ title: '', detail: '', pointer: '' });
+    expect(pointer_of_failure(() => parse_problem({ detail: [] }, ''))).toBe('/detail');
+  });
+});
