@@ -56,6 +56,8 @@ Json materials_of(const SceneReport& report) {
   return list;
 }
 
+}  // namespace
+
 Json report_message(const SceneSummary& summary) {
   const SceneReport& report = summary.report;
   return {{"counts", counts_of(report)},
@@ -66,8 +68,6 @@ Json report_message(const SceneSummary& summary) {
           {"materials", materials_of(report)},
           {"warnings", report.warnings}};
 }
-
-}  // namespace
 
 Json scene_message(const SceneRecord& scene, const SceneSummary* summary) {
   const std::string self = "/v1/scenes/" + to_hex(scene.id);

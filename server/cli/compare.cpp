@@ -11,7 +11,7 @@
 namespace photond {
 namespace {
 
-nlohmann::json comparison_json(const Comparison& c) {
+Json comparison_json(const Comparison& c) {
   return {{"mse", c.mse},
           {"rel_mse", c.rel_mse},
           {"rel_mse_trimmed", c.rel_mse_trimmed},
@@ -38,7 +38,7 @@ int run_compare(const CompareCommand& command) {
   if (!reference) return print_failure(command.reference, reference.error());
   const auto comparison = compare_images(*image, *reference);
   if (!comparison) return print_failure(command.image + " against " + command.reference, comparison.error());
-  if (command.json) std::cout << json_text(comparison_json(*comparison));
+  if (command.json) std::cout << indented(comparison_json(*comparison));
   else print_comparison(*comparison);
   return kExitOk;
 }

@@ -23,40 +23,34 @@ std::string text_of(const Vec3& v) {
 
 std::string quoted(const std::string& name) { return name.empty() ? "(unnamed)" : "'" + name + "'"; }
 
-void print_counts(std::ostream& out, const nlohmann::json& counts) {
-  for (const auto& [name, count] : counts.items()) {
-    std::string label = name;
-    std::replace(label.begin(), label.end(), '_', ' ');
-    field(out, "") << std::right << std::setw(12) << count.get<std::uint64_t>() << " " << label << "\n";
-  }
+void print_counts(std::ostream& out, const SceneReport& report) {
+  field(out, "triangles") << report.triangles_placed << " in " << report.instances << " instances of "
+                          << report.meshes << " meshes (" << report.triangles_stored << " stored, "
+                          << report.emissive_triangles << " emit light)\n";
+  field(out, "textures") << report.textures << " (" << report.texture_pixels << " pixels)\n";
+  field(out, "bounds") << text_of(report.bounds.min) << " to " << text_of(report.bounds.max) << " m\n";
 }
 
-void print_cameras(std::ostream& out, const Scene& scene) {
-  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
-    const Camera& camera = scene.cameras[i];
+void print_cameras(std::ostream& out, const std::vector<Camera>& cameras) {
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
     field(out, i == 0 ? "cameras" : "")
-        << i << " " << quoted(camera.name) << (camera.orthographic ? " orthographic" : " perspective") << " at "
-        << text_of(camera.to_world[3]) << "\n";
+        << i << " " << quoted(cameras[i].name) << (cameras[i].orthographic ? " orthographic" : " perspective")
+        << " at " << text_of(cameras[i].to_world[3]) << "\n";
   }
 }
 
-void print_lights(std::ostream& out, const Scene& scene) {
-  static constexpr const char* kTypes[] = {"point", "spot", "directional"};
-  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-    const PunctualLight& light = scene.lights[i];
-    field(out, i == 0 ? "lights" : "") << kTypes[static_cast<int>(light.type)] << " " << quoted(light.name) << " "
-                                       << text_of(light.intensity) << "\n";
+void print_lights(std::ostream& out, const SceneReport& report) {
+  for (const SceneReport::LightEntry& light : report.lights) {
+    field(out, "light") << quoted(light.name) << " " << light_type_name(light.type) << " " << text_of(light.intensity)
+                        << "\n";
   }
-  if (scene.environment.active()) field(out, "environment") << text_of(scene.environment.radiance) << "\n";
+  if (!is_black(report.environment)) field(out, "environment") << text_of(report.environment) << "\n";
 }
 
-void print_materials(std::ostream& out, const nlohmann::json& materials) {
-  bool first = true;
-  for (const auto& material : materials) {
-    field(out, first ? "materials" : "") << quoted(material["name"].get<std::string>());
-    for (const auto& feature : material["features"]) out << " " << feature.get<std::string>();
-    out << "\n";
-    first = false;
+void print_materials(std::ostream& out, const SceneReport& report) {
+  for (const SceneReport::MaterialEntry& material : report.materials) {
+    field(out, "material") << quoted(material.name) << " " << material.kind << (material.emissive ? ", emissive" : "")
+                           << (material.textured ? ", textured" : "") << "\n";
   }
 }
 
@@ -68,19 +62,18 @@ void print_plan(std::ostream& out, const Plan& plan) {
   }
 }
 
-void print_info(std::ostream& out, const std::string& file, const PreparedScene& prepared, const Plan& plan) {
-  const Scene& scene = prepared.scene;
-  const nlohmann::json json = scene_json(prepared);
+void print_info(std::ostream& out, const std::string& file, const PreparedScene& prepared,
+                const SceneSummary& summary) {
+  const SceneReport& report = summary.report;
   out << file << "\n";
   field(out, "digest") << to_hex(prepared.digest) << "\n";
-  print_counts(out, json["counts"]);
-  field(out, "bounds") << text_of(prepared.bounds.min) << " to " << text_of(prepared.bounds.max) << " m\n";
-  field(out, "memory") << (prepared.memory_bytes >> 20) << " MiB\n";
-  print_cameras(out, scene);
-  print_lights(out, scene);
-  print_materials(out, json["materials"]);
-  print_plan(out, plan);
-  for (const std::string& warning : scene.warnings) out << "  warning: " << warning << "\n";
+  print_counts(out, report);
+  field(out, "memory") << (prepared.memory_bytes >> 10) << " KiB\n";
+  print_cameras(out, summary.cameras);
+  print_lights(out, report);
+  print_materials(out, report);
+  print_plan(out, summary.plan);
+  for (const std::string& warning : report.warnings) out << "  warning: " << warning << "\n";
 }
 
 }  // namespace
@@ -93,14 +86,9 @@ int run_info(const InfoCommand& command) {
   if (!prepared) return print_failure(command.scene, prepared.error());
   const auto plan = make_plan(**prepared, PhotonSettings{}, RenderSettings{}, workers.execution());
   if (!plan) return print_failure(command.scene, plan.error());
-  if (command.json) {
-    nlohmann::json json = scene_json(**prepared);
-    json["file"] = command.scene;
-    json["plan"] = plan_json(*plan);
-    std::cout << json_text(json);
-  } else {
-    print_info(std::cout, command.scene, **prepared, *plan);
-  }
+  const SceneSummary summary = summarize(**prepared, *plan);
+  if (command.json) std::cout << indented(info_json(command.scene, **prepared, summary));
+  else print_info(std::cout, command.scene, **prepared, summary);
   return kExitOk;
 }
 

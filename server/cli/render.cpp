@@ -84,7 +84,7 @@ int write_results(const RenderCommand& command, const RenderTask& task, const Re
   }
   seconds.encode = watch.seconds();
   if (command.report.empty()) return kExitOk;
-  const std::string text = json_text(render_json(command, stop_of(command), task, rendering, seconds));
+  const std::string text = indented(render_json(command, stop_of(command), task, rendering, seconds));
   const auto written = write_file(command.report, std::as_bytes(std::span(text)));
   return written ? kExitOk : print_failure(command.report, written.error());
 }

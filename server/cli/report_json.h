@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include <nlohmann/json.hpp>
-
+#include "server/api/json.h"
 #include "server/cli/commands.h"
 #include "server/cli/passes.h"
+#include "server/jobs/scene_library.h"
 
 namespace photond {
 
@@ -17,17 +17,18 @@ struct StageSeconds {
   double encode = 0;
 };
 
-nlohmann::json plan_json(const Plan& plan);
+/// What is said of a scene, with the plan for the task at hand.
+SceneSummary summarize(const PreparedScene& prepared, const Plan& plan);
 
-/// Counts, bounds, cameras, lights, materials and warnings.
-nlohmann::json scene_json(const PreparedScene& prepared);
+/// The digest and the contents of a scene file, and the plan with its reasons.
+Json info_json(const std::string& file, const PreparedScene& prepared, const SceneSummary& summary);
 
 /// What `photond render --report` writes: scene, plan with reasons, settings, passes, seconds, maps, error and the
 /// series of error against time.
-nlohmann::json render_json(const RenderCommand& command, const StopRule& stop, const RenderTask& task,
-                           const Rendering& rendering, const StageSeconds& seconds);
+Json render_json(const RenderCommand& command, const StopRule& stop, const RenderTask& task,
+                 const Rendering& rendering, const StageSeconds& seconds);
 
-/// Pretty text of `json` with a final newline. Names in a file may not be valid UTF-8: what is not is replaced.
-std::string json_text(const nlohmann::json& json);
+/// Indented text with a final newline. Names in a file may not be valid UTF-8: what is not is replaced.
+std::string indented(const Json& json);
 
 }  // namespace photond

@@ -44,7 +44,7 @@ TEST_F(RenderCommandTest, WritesEveryFormatAndTheReport) {
   EXPECT_EQ(json["stopped_by"], "passes");
   EXPECT_EQ(json["settings"]["method"], "progressive");
   EXPECT_EQ(json["settings"]["seed"], 7);
-  EXPECT_EQ(json["plan"]["method"], "progressive");
+  EXPECT_EQ(json["scene"]["plan"]["method"], "progressive");
   EXPECT_EQ(json["scene"]["counts"]["triangles"], 4);
   EXPECT_EQ(json["series"].size(), 4u);
   EXPECT_EQ(json["series"].back()["passes"], 4);
