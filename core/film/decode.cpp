@@ -10,6 +10,8 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include "core/film/png_chunks.h"
+
 namespace photond {
 namespace {
 
@@ -78,16 +80,16 @@ Result<DecodedPixels> decode_opened(OIIO::ImageInput& input, const DecodeLimits&
   return pixels;
 }
 
-}  // namespace
-
-Result<DecodedPixels> decode_pixels(std::span<const std::byte> bytes, const DecodeLimits& limits) {
-  const std::string name = format_name(bytes);
-  if (name.empty()) return Error{ErrorCode::unsupported, "image is neither PNG, JPEG nor WebP", {}};
+Result<DecodedPixels> decode_named(const std::string& name, std::span<const std::byte> bytes,
+                                   const DecodeLimits& limits) {
   try {
     OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
+    // The proxy has to be in the configuration too: with one given, 2.4 looks for it only there.
+    OIIO::Filesystem::IOProxy* proxy = &reader;
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(name, &config, &reader);
+    config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(name, &config, proxy);
     if (!input) return invalid_input("image is corrupt: " + OIIO::geterror().substr(0, 200));
     return decode_opened(*input, limits);
   } catch (const std::bad_alloc&) {
@@ -95,6 +97,16 @@ Result<DecodedPixels> decode_pixels(std::span<const std::byte> bytes, const Deco
   } catch (const std::exception& exception) {
     return invalid_input(std::string("image is corrupt: ") + exception.what());
   }
+}
+
+}  // namespace
+
+Result<DecodedPixels> decode_pixels(std::span<const std::byte> bytes, const DecodeLimits& limits) {
+  const std::string name = format_name(bytes);
+  if (name.empty()) return Error{ErrorCode::unsupported, "image is neither PNG, JPEG nor WebP", {}};
+  if (name != "memory.png") return decode_named(name, bytes, limits);
+  const Result<std::vector<std::byte>> png = keep_pixel_chunks(bytes);
+  return png ? decode_named(name, *png, limits) : Result<DecodedPixels>(png.error());
 }
 
 }  // namespace photond

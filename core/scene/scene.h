@@ -48,6 +48,7 @@ struct Mesh {
 struct Instance {
   std::uint32_t mesh = 0;
   Affine to_world{1};
+  bool moved = true;      ///< false where `prepare` has found to_world to be the identity
 };
 
 enum class LightType : std::uint8_t { point, spot, directional };

@@ -119,7 +119,8 @@ Result<std::optional<Mesh>> build_primitive(Build& build, const tinygltf::Primit
   if (!triangles) return triangles.error();
   mesh.triangles = std::move(*triangles);
   if (const std::size_t dropped = drop_degenerate(mesh)) {
-    build.warnings.add(std::to_string(dropped) + " degenerate triangles dropped", where);
+    if (build.degenerate == 0) build.first_degenerate = where;
+    build.degenerate += dropped;
   }
   if (mesh.triangles.empty()) return std::optional<Mesh>();
   repair_normals(mesh);

@@ -175,6 +175,7 @@ class Scanner {
       } while (text_.accept(','));
       if (!text_.accept(']')) return malformed("expected ',' or ']'");
     }
+    if (path_.size() == 1) scan_.counts[path_.back().key] = count;
     if (count < schema.min_items) {
       return fail("must have at least " + std::to_string(schema.min_items) + " elements");
     }

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -51,6 +52,7 @@ struct JsonScan {
   std::vector<BufferDeclaration> buffers;
   std::vector<std::string> extensions_required;
   std::uint64_t nodes = 0;
+  std::map<std::string, std::size_t, std::less<>> counts;  ///< elements of each array at the top
 };
 
 struct JsonLimits {

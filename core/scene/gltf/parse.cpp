@@ -16,32 +16,46 @@ namespace {
 /// What tinygltf's callbacks need: which buffer it is at, and where to ask.
 struct LoadState {
   const tinygltf::Model& model;
-  const std::vector<BufferDeclaration>& buffers;
+  const JsonScan& scan;
   const ResourceReader& resources;
   std::optional<Error> error;
 
   /// tinygltf reads all buffers first; external images are read later, by us, when something uses them.
-  bool at_buffers() const { return model.buffers.size() < buffers.size(); }
+  bool at_buffers() const { return model.buffers.size() < scan.buffers.size(); }
 };
 
-bool read_buffer(std::vector<unsigned char>* out, const std::string& path, LoadState& state) {
+Result<std::vector<std::byte>> buffer_bytes(const std::string& uri, const ResourceReader& resources,
+                                            const std::string& where) {
+  if (is_data_uri(uri)) {
+    if (!uri.starts_with("data:application/octet-stream;") && !uri.starts_with("data:application/gltf-buffer;")) {
+      return invalid_input("media type of the data URI is not that of a buffer", where);
+    }
+    return decode_data_uri(uri, where);
+  }
+  Result<std::string> decoded = percent_decode(uri, where);
+  if (!decoded) return decoded.error();
+  const Result<std::string> path = check_relative_path(std::move(*decoded), where);
+  if (!path) return path.error();
+  Result<std::vector<std::byte>> bytes = resources(*path);
+  return bytes ? std::move(bytes) : Error{bytes.error().code, bytes.error().message, where};
+}
+
+/// Answers tinygltf's wish for the file of the buffer it is at. The URI is taken from the scan, as the file has
+/// it, and not from tinygltf, which has decoded it in its own way.
+bool read_buffer(std::vector<unsigned char>* out, LoadState& state) {
   const std::size_t index = state.model.buffers.size();
-  const std::string where = place("buffers", index) + ".uri";
-  const std::uint64_t wanted = state.buffers[index].byte_length;
-  Result<std::string> clean = check_relative_path(path, where);
-  if (!clean) return state.error = clean.error(), false;
-  Result<std::vector<std::byte>> bytes = state.resources(*clean);
+  const BufferDeclaration& wanted = state.scan.buffers[index];
+  const Result<std::vector<std::byte>> bytes =
+      buffer_bytes(wanted.uri, state.resources, place("buffers", index) + ".uri");
   if (!bytes) {
-    state.error = Error{bytes.error().code, bytes.error().message, where};
-    return false;
-  }
-  if (bytes->size() < wanted) {
+    state.error = bytes.error();
+  } else if (bytes->size() < wanted.byte_length) {
     state.error = invalid_input("the resource is shorter than byteLength", place("buffers", index));
-    return false;
+  } else {
+    const auto* first = reinterpret_cast<const unsigned char*>(bytes->data());
+    out->assign(first, first + wanted.byte_length);
   }
-  const auto* first = reinterpret_cast<const unsigned char*>(bytes->data());
-  out->assign(first, first + wanted);
-  return true;
+  return !state.error;
 }
 
 tinygltf::FsCallbacks file_callbacks(LoadState& state) {
@@ -51,8 +65,8 @@ tinygltf::FsCallbacks file_callbacks(LoadState& state) {
     return static_cast<LoadState*>(user)->at_buffers();
   };
   callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
-  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string*, const std::string& path,
-                               void* user) { return read_buffer(out, path, *static_cast<LoadState*>(user)); };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string*, const std::string&,
+                               void* user) { return read_buffer(out, *static_cast<LoadState*>(user)); };
   callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
     return false;
   };
@@ -81,6 +95,27 @@ Status check_buffers(const std::vector<BufferDeclaration>& buffers, const Contai
   return Done{};
 }
 
+/// Where tinygltf gave up: the first element it did not load, in its order of reading. It checks the indices of
+/// all meshes before the nodes, of which none can fail.
+std::string failing_place(const tinygltf::Model& model, const JsonScan& scan) {
+  const auto declared = [&scan](std::string_view section) {
+    const auto found = scan.counts.find(section);
+    return found != scan.counts.end() ? found->second : 0;
+  };
+  const std::pair<std::string_view, std::size_t> sections[] = {
+      {"buffers", model.buffers.size()},     {"bufferViews", model.bufferViews.size()},
+      {"accessors", model.accessors.size()}, {"meshes", model.meshes.size()},
+      {"nodes", model.nodes.size()},         {"materials", model.materials.size()},
+      {"images", model.images.size()},       {"textures", model.textures.size()},
+      {"animations", model.animations.size()}, {"skins", model.skins.size()},
+      {"samplers", model.samplers.size()},   {"cameras", model.cameras.size()}};
+  for (const auto& [section, loaded] : sections) {
+    if (loaded >= declared(section)) continue;
+    return section == "nodes" ? "meshes" : place(section, loaded);
+  }
+  return {};
+}
+
 Status run_tinygltf(std::span<const std::byte> bytes, const Container& container, LoadState& state,
                     tinygltf::Model& model) {
   tinygltf::TinyGLTF loader;
@@ -95,11 +130,9 @@ Status run_tinygltf(std::span<const std::byte> bytes, const Container& container
           : loader.LoadASCIIFromString(&model, &error, &warning, container.json.data(), size, "");
   if (loaded) return Done{};
   if (state.error) return *state.error;
-  if (state.at_buffers()) error = "cannot be loaded: " + error;
   while (!error.empty() && (error.back() == '\n' || error.back() == '.')) error.pop_back();
   if (error.size() > 300) error.resize(300);
-  return invalid_input(error.empty() ? "the file cannot be parsed" : error,
-                       state.at_buffers() ? place("buffers", model.buffers.size()) : "");
+  return invalid_input(error.empty() ? "cannot be parsed" : error, failing_place(model, state.scan));
 }
 
 }  // namespace
@@ -115,7 +148,7 @@ Result<Parsed> parse_model(std::span<const std::byte> bytes, const ResourceReade
   if (Status status = check_buffers(scan->buffers, *container); !status) return status.error();
 
   Parsed parsed{.binary = container->binary};
-  LoadState state{parsed.model, scan->buffers, resources, {}};
+  LoadState state{parsed.model, *scan, resources, {}};
   try {
     if (Status status = run_tinygltf(bytes, *container, state, parsed.model); !status) return status.error();
   } catch (const std::bad_alloc&) {
