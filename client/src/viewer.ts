@@ -24,6 +24,7 @@ export class Viewer {
     this.canvas.height = bitmap.height;
     this.canvas.getContext('2d')?.drawImage(bitmap, 0, 0);
     this.stage.style.setProperty('--aspect', String(bitmap.width / bitmap.height));
+    this.canvas.dataset['job'] = key.job;
     this.canvas.dataset['revision'] = String(key.revision);
     this.canvas.setAttribute('aria-label', description);
     bitmap.close();

@@ -1,0 +1,247 @@
+import { mkdirSync, readFileSync, readdirSync } from 'node:fs';
+import { join } from 'node:path';
+import type { BrowserContext, Page } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, it } from 'vitest';
+import { with_generator } from './support/glb';
+import { launch, open_page, shown, shown_where, start_job, wait_for_state } from './support/page';
+import { kPictures, kSamples, start_photond, type Photond } from './support/photond';
+
+let photond: Photond;
+let context: BrowserContext;
+let close_browser: () => Promise<void>;
+let page: Page;
+let errors: string[];
+/** Errors that a test provokes: browsers log every answer that is not 2xx. */
+let expected_errors: RegExp[];
+
+beforeAll(async () => {
+  mkdirSync(kPictures, { recursive: true });
+  photond = await start_photond();
+  ({ context, close: close_browser } = await launch());
+});
+
+afterAll(async () => {
+  await close_browser?.();
+  await photond?.stop();
+});
+
+beforeEach(async () => {
+  expected_errors = [];
+  ({ page, errors } = await open_page(context, photond.url));
+});
+
+afterEach(async () => {
+  await page.close();
+  expect(errors.filter((error) => !expected_errors.some((expected) => expected.test(error)))).toEqual([]);
+});
+
+function a_sample(): { name: string; bytes: Buffer } {
+  const name = readdirSync(kSamples).filter((file) => file.endsWith('.glb')).sort()[0];
+  if (!name) throw new Error(`there is no sample in ${kSamples}`);
+  return { name, bytes: readFileSync(join(kSamples, name)) };
+}
+
+/** Drops a file onto the page as a person would. */
+async function drop(name: string, bytes: Buffer): Promise<void> {
+  const transfer = await page.evaluateHandle(({ file_name, base64 }) => {
+    const data = Uint8Array.from(atob(base64), (char) => char.charCodeAt(0));
+    const dropped = new DataTransfer();
+    dropped.items.add(new File([data], file_name));
+    return dropped;
+  }, { file_name: name, base64: bytes.toString('base64') });
+  await page.dispatchEvent('#stage', 'dragover', { dataTransfer: transfer });
+  await page.dispatchEvent('#stage', 'drop', { dataTransfer: transfer });
+}
+
+async function download(selector: string): Promise<{ name: string; bytes: Buffer }> {
+  const [file] = await Promise.all([page.waitForEvent('download'), page.click(selector)]);
+  return { name: file.suggestedFilename(), bytes: readFileSync(await file.path()) };
+}
+
+async function cancel(): Promise<void> {
+  await page.click('#cancel');
+  await wait_for_state(page, 'canceled', 5_000);
+}
+
+describe('a picture', () => {
+  it('is made of a dropped GLB, refines, and is downloaded', async () => {
+    const sample = a_sample();
+    await drop('mine.glb', with_generator(sample.bytes, 'photond e2e'));
+    await page.getByText('mine.glb is ready.').waitFor();
+    expect(await page.locator('#scene option:checked').textContent()).toBe('mine.glb');
+    expect(await page.textContent('#report-counts')).toMatch(/\d triangles?, \d+ materials?/);
+
+    const job = await start_job(page, { width: 96, height: 64, seconds: 3 });
+    const first = await shown_where(page, (picture) => picture.job === job);
+    expect(first).toMatchObject({ width: 96, height: 64 });
+    expect(first.mean).toBeGreaterThan(0);
+    const later = await shown_where(page, (picture) => picture.revision > first.revision);
+    expect(later.fingerprint).not.toBe(first.fingerprint);
+
+    await wait_for_state(page, 'succeeded');
+    expect(await page.textContent('#job-title')).toBe('mine.glb');
+    expect(Number.parseInt(await page.textContent('#passes') ?? '')).toBeGreaterThan(1);
+    expect(await page.textContent('#error')).toMatch(/%/);
+    expect(await page.locator('#plan-items li').count()).toBeGreaterThan(0);
+    expect(await page.locator('#chart .curve').count()).toBe(1);
+
+    const png = await download('#download-png');
+    expect(png.name).toBe(`mine-${job}.png`);
+    expect(png.bytes.subarray(0, 8).toString('hex')).toBe('89504e470d0a1a0a');
+    expect([png.bytes.readUInt32BE(16), png.bytes.readUInt32BE(20)]).toEqual([96, 64]);
+    const exr = await download('#download-exr');
+    expect(exr.name).toBe(`mine-${job}.exr`);
+    expect(exr.bytes.subarray(0, 4).toString('hex')).toBe('762f3101');
+  });
+
+  it('ends as the very pixels of the final PNG', async () => {
+    const job = await start_job(page, { width: 32, height: 24, passes: 3 });
+    await wait_for_state(page, 'succeeded');
+    const final = await page.evaluate(async (id) => {
+      const response = await fetch(`/v1/jobs/${id}/frames/latest.png`);
+      const bitmap = await createImageBitmap(await response.blob());
+      const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
+      const drawing = canvas.getContext('2d')!;
+      drawing.drawImage(bitmap, 0, 0);
+      let fingerprint = 0;
+      for (const value of drawing.getImageData(0, 0, bitmap.width, bitmap.height).data) {
+        fingerprint = (Math.imul(fingerprint, 31) + value) | 0;
+      }
+      return fingerprint;
+    }, job);
+    await shown_where(page, (picture) => picture.job === job && picture.fingerprint === final);
+  });
+
+  it('is canceled, by keyboard alone', async () => {
+    await page.fill('#stop-passes', '');
+    await page.fill('#stop-seconds', '60');
+    await page.press('#stop-seconds', 'Enter');
+    await page.waitForURL(/#job=/);
+    const job = new URL(page.url()).hash.slice('#job='.length);
+    await shown_where(page, (picture) => picture.job === job);
+    await page.focus('#cancel');
+    await page.keyboard.press('Enter');
+    await wait_for_state(page, 'canceled', 5_000);
+    const { state } = await (await fetch(`${photond.url}v1/jobs/${job}`)).json() as { state: string };
+    expect(state).toBe('canceled');
+    expect(await page.locator('#cancel').isVisible()).toBe(false);
+    expect(await page.textContent('#announce')).toMatch(/Canceled/);
+  });
+
+  it('is still watched after a reload, and again from the list', async () => {
+    const job = await start_job(page, { width: 64, height: 64, seconds: 60 });
+    const before = await shown_where(page, (picture) => picture.job === job);
+    await page.reload();
+    const after = await shown_where(page, (picture) => picture.job === job && picture.revision >= before.revision);
+    await shown_where(page, (picture) => picture.revision > after.revision);
+    await page.click('.brand a');
+    await expect.poll(() => shown(page)).toBeNull();
+    await page.click(`#jobs a[href="#job=${job}"]`);
+    await shown_where(page, (picture) => picture.job === job);
+    await cancel();
+  });
+
+  it('is never replaced by one that comes too late', async () => {
+    const slow = await start_job(page, { width: 48, height: 48, passes: 2 });
+    await wait_for_state(page, 'succeeded');
+    await shown_where(page, (picture) => picture.job === slow);
+    const quick = await start_job(page, { width: 32, height: 32, passes: 2 });
+    await wait_for_state(page, 'succeeded');
+    await page.click('.brand a');
+
+    let asked = 0;
+    let answered = 0;
+    await page.route(`**/jobs/${slow}/frames/**`, async (route) => {
+      ++asked;
+      const response = await route.fetch();
+      await new Promise((resolve) => setTimeout(resolve, 700));
+      await route.fulfill({ response }).catch(() => undefined); // the page may have given up on it
+      ++answered;
+    });
+    await page.click(`#jobs a[href="#job=${slow}"]`);
+    await expect.poll(() => asked).toBe(1);
+    await page.click(`#jobs a[href="#job=${quick}"]`);
+    await shown_where(page, (picture) => picture.job === quick);
+    await expect.poll(() => answered).toBe(1);
+    await page.waitForTimeout(100);
+    expect(await shown(page)).toMatchObject({ job: quick, width: 32 });
+  });
+});
+
+describe('what goes wrong', () => {
+  it('is said at the field', async () => {
+    expected_errors = [/status of 422/];
+    await page.fill('#width', '16384');
+    await page.fill('#height', '16384');
+    await page.click('#start');
+    await page.locator('#film-error').waitFor();
+    expect(await page.textContent('#film-error')).toMatch(/pixels/);
+    expect(await page.getAttribute('#width', 'aria-invalid')).toBe('true');
+    await page.fill('#width', '64');
+    expect(await page.locator('#film-error').isVisible()).toBe(false);
+  });
+
+  it('is said of a job without an end before it is sent', async () => {
+    await page.fill('#stop-passes', '');
+    await page.fill('#stop-seconds', '');
+    await page.click('#start');
+    expect(await page.textContent('#stop-error')).toBe('Give at least one of these.');
+  });
+
+  it('is said of a file that is no scene', async () => {
+    expected_errors = [/status of 422/];
+    await page.setInputFiles('#file', { name: 'letter.glb', mimeType: 'model/gltf-binary', buffer: Buffer.from('Dear Sir') });
+    await page.locator('#upload-status[data-failed="true"]').waitFor();
+    expect(await page.textContent('#upload-status')).toMatch(/^letter\.glb: .+\.$/);
+  });
+
+  it('is said of a job that is not there', async () => {
+    expected_errors = [/status of 404/];
+    await page.goto(`${photond.url}#job=j-0`);
+    await page.getByText('The server does not know this job').waitFor();
+  });
+
+  it('is said of a server that is away, until it is back', async () => {
+    expected_errors = [/ERR_CONNECTION_REFUSED|ERR_INCOMPLETE_CHUNKED_ENCODING|ERR_CONNECTION_RESET|status of 404/];
+    const own = await start_photond();
+    await page.goto(own.url);
+    await page.locator('#server[data-server="online"]').waitFor();
+    const job = await start_job(page, { width: 32, height: 32, passes: 2 });
+    await shown_where(page, (picture) => picture.job === job);
+    await own.stop();
+    await page.getByText('No connection to the server').waitFor();
+    await page.click('#start');
+    await page.getByText('The server does not answer.').waitFor();
+    const again = await start_photond(own.port);
+    try {
+      await page.locator('#server[data-server="online"]').waitFor({ timeout: 15_000 });
+      await page.getByText('The server does not know this job').waitFor(); // the new process has an empty memory
+    } finally {
+      await page.goto('about:blank');
+      await again.stop();
+    }
+  });
+});
+
+describe('the look', () => {
+  const has_scroll = () => page.evaluate(() => document.documentElement.scrollWidth > document.documentElement.clientWidth);
+
+  it('is whole at a phone\'s width, light and dark', async () => {
+    await page.screenshot({ path: join(kPictures, 'empty.png') });
+    const job = await start_job(page, { width: 200, height: 150, passes: 12 });
+    await wait_for_state(page, 'succeeded');
+    await shown_where(page, (picture) => picture.job === job);
+    await page.screenshot({ path: join(kPictures, 'light.png'), fullPage: true });
+    const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    const light = await ground();
+    await page.emulateMedia({ colorScheme: 'dark' });
+    expect(await ground()).not.toBe(light);
+    await page.screenshot({ path: join(kPictures, 'dark.png'), fullPage: true });
+    await page.setViewportSize({ width: 360, height: 740 });
+    await page.click('#more summary');
+    expect(await has_scroll()).toBe(false);
+    await page.screenshot({ path: join(kPictures, 'phone_dark.png'), fullPage: true });
+    await page.emulateMedia({ colorScheme: 'light' });
+    await page.screenshot({ path: join(kPictures, 'phone_light.png'), fullPage: true });
+  });
+});

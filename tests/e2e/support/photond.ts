@@ -1,0 +1,56 @@
+import { spawn, type ChildProcess } from 'node:child_process';
+import { existsSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
+
+const at_root = (path: string) => fileURLToPath(new URL(`../../../${path}`, import.meta.url));
+
+/** The program under test; PHOTOND_BIN names another than that of the build folder. */
+export const kProgram = process.env['PHOTOND_BIN'] ?? at_root('build/server/photond');
+export const kSamples = process.env['PHOTOND_SAMPLES'] ?? at_root('build/samples');
+export const kClient = process.env['PHOTOND_CLIENT'] ?? at_root('client/dist');
+/** Where screenshots are left. */
+export const kPictures = process.env['PHOTOND_E2E_OUT'] ?? at_root('build/e2e');
+
+/** A running service. */
+export interface Photond {
+  url: string;
+  port: number;
+  /** Ends the process and resolves once it is gone. */
+  stop(): Promise<void>;
+}
+
+/** Starts the service on `port` (0: any free one) and resolves once it answers. */
+export async function start_photond(port = 0): Promise<Photond> {
+  for (const [path, how] of [[kProgram, 'cmake'], [kSamples, 'cmake'], [`${kClient}/index.html`, 'npm run build']]) {
+    if (!existsSync(path!)) throw new Error(`${path} is missing; make it with ${how}`);
+  }
+  const child = spawn(kProgram, ['serve', '--port', String(port), '--samples', kSamples, '--client', kClient], {
+    stdio: ['ignore', 'pipe', 'pipe'],
+  });
+  const url = await announced_url(child);
+  return { url, port: Number(new URL(url).port), stop: () => end(child) };
+}
+
+function announced_url(child: ChildProcess): Promise<string> {
+  return new Promise((resolve, reject) => {
+    let said = '';
+    const listen = (text: Buffer) => {
+      said += text.toString();
+      const url = /serves (http:\S+)/.exec(said)?.[1];
+      if (url) resolve(url);
+    };
+    child.stdout?.on('data', listen);
+    child.stderr?.on('data', listen);
+    child.once('error', reject);
+    child.once('exit', (code) => reject(new Error(`photond ended with ${code} and said: ${said}`)));
+  });
+}
+
+function end(child: ChildProcess): Promise<void> {
+  if (child.exitCode !== null || child.signalCode !== null) return Promise.resolve();
+  return new Promise((resolve) => {
+    const force = setTimeout(() => child.kill('SIGKILL'), 10_000);
+    child.once('exit', () => { clearTimeout(force); resolve(); });
+    child.kill('SIGTERM');
+  });
+}
