@@ -1,0 +1,136 @@
+#include "server/jobs/scheduler.h"
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace photond {
+namespace {
+
+/// Writes down who had a turn.
+class Diary {
+ public:
+  void write(char name) {
+    const std::lock_guard lock(mutex_);
+    text_ += name;
+  }
+  std::string text() const {
+    const std::lock_guard lock(mutex_);
+    return text_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::string text_;
+};
+
+class FakeWork : public Slices {
+ public:
+  FakeWork(Diary& diary, char name, int slices) : diary_(diary), name_(name), left_(slices) {}
+  bool step() override {
+    diary_.write(name_);
+    return --left_ > 0;
+  }
+
+ private:
+  Diary& diary_;
+  const char name_;
+  int left_;
+};
+
+/// Holds the scheduler's thread until told to go on, so that a test can fill the queue.
+class Gate : public Slices {
+ public:
+  bool step() override {
+    entered_ = true;
+    while (!open_) std::this_thread::yield();
+    return false;
+  }
+  void wait_entered() const {
+    while (!entered_) std::this_thread::yield();
+  }
+  void open() { open_ = true; }
+
+ private:
+  std::atomic<bool> entered_ = false;
+  std::atomic<bool> open_ = false;
+};
+
+std::string run_all(const std::function<void(Scheduler&, Diary&)>& submit, std::size_t turns) {
+  Diary diary;
+  Scheduler scheduler;
+  const auto gate = std::make_shared<Gate>();
+  scheduler.submit(gate, Priority::interactive);
+  gate->wait_entered();
+  submit(scheduler, diary);
+  gate->open();
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (diary.text().size() < turns && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+  scheduler.stop();
+  return diary.text();
+}
+
+TEST(Scheduler, JobsOfAClassTakeTurns) {
+  const std::string turns = run_all(
+      [](Scheduler& scheduler, Diary& diary) {
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'a', 4), Priority::batch);
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'b', 2), Priority::batch);
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'c', 3), Priority::batch);
+      },
+      9);
+  EXPECT_EQ(turns, "abcabcaca");
+}
+
+TEST(Scheduler, InteractiveGoesBeforeBatch) {
+  const std::string turns = run_all(
+      [](Scheduler& scheduler, Diary& diary) {
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'b', 2), Priority::batch);
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'i', 3), Priority::interactive);
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'j', 1), Priority::interactive);
+      },
+      6);
+  EXPECT_EQ(turns, "ijiibb");
+}
+
+TEST(Scheduler, OnlySoManyTakeTurnsAtOnce) {
+  const std::string turns = run_all(
+      [](Scheduler& scheduler, Diary& diary) {
+        for (char name = 'a'; name < 'a' + 9; ++name) {
+          scheduler.submit(std::make_shared<FakeWork>(diary, name, name == 'a' ? 1 : 2), Priority::batch);
+        }
+      },
+      17);
+  EXPECT_EQ(turns, "abcdefgh" "ibcdefghi") << "the ninth waits until the first has ended";
+}
+
+TEST(Scheduler, WithdrawnWorkHasNoMoreTurns) {
+  bool queued = false, again = true;
+  const std::string turns = run_all(
+      [&](Scheduler& scheduler, Diary& diary) {
+        const auto gone = std::make_shared<FakeWork>(diary, 'x', 5);
+        scheduler.submit(gone, Priority::interactive);
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'a', 2), Priority::batch);
+        queued = scheduler.withdraw(gone);
+        again = scheduler.withdraw(gone);
+      },
+      2);
+  EXPECT_TRUE(queued);
+  EXPECT_FALSE(again);
+  EXPECT_EQ(turns, "aa");
+}
+
+TEST(Scheduler, StopsWithWorkLeft) {
+  Diary diary;
+  Scheduler scheduler;
+  scheduler.submit(std::make_shared<FakeWork>(diary, 'a', 1'000'000'000), Priority::batch);
+  scheduler.stop();
+  const std::string before = diary.text();
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(diary.text(), before);
+}
+
+}  // namespace
+}  // namespace photond

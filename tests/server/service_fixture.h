@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "server/service.h"
+#include "tests/server/http_client.h"
+#include "tests/server/small_scene.h"
+
+namespace photond::test {
+
+/// A service on a port of its own, and the requests most tests make.
+class ServiceTest : public ::testing::Test {
+ protected:
+  void SetUp() override { start({}); }
+
+  /// Replaces the service by one with other options.
+  void start(ServiceOptions options) {
+    service_.reset();
+    options.port = 0;
+    options.threads = 2;
+    auto service = Service::start(options);
+    ASSERT_TRUE(service.ok()) << service.error().message;
+    service_ = std::move(*service);
+    port_ = service_->port();
+  }
+
+  /// Uploads and returns the id.
+  std::string upload(const std::string& glb = small_glb()) {
+    const Reply reply = request(port_, "POST", "/v1/scenes", glb, "model/gltf-binary");
+    EXPECT_TRUE(reply.status == 201 || reply.status == 200) << reply.status << " " << reply.body;
+    return nlohmann::json::parse(reply.body, nullptr, false).value("id", "");
+  }
+
+  /// Submits a job with `fields` beside the scene; a small film unless they say otherwise.
+  std::string submit(const std::string& scene, const std::string& fields) {
+    const std::string film = fields.find("\"film\"") == std::string::npos ? R"("film":{"width":16,"height":12},)" : "";
+    const Reply reply = post_json(port_, "/v1/jobs", "{\"scene\":\"" + scene + "\"," + film + fields + "}");
+    EXPECT_EQ(reply.status, 202) << reply.body;
+    return nlohmann::json::parse(reply.body, nullptr, false).value("id", "");
+  }
+
+  nlohmann::json job(const std::string& id) {
+    return nlohmann::json::parse(get(port_, "/v1/jobs/" + id).body, nullptr, false);
+  }
+
+  /// The job once it has ended; fails after a minute.
+  nlohmann::json wait_for_end(const std::string& id) {
+    std::string etag = "\"none\"";
+    nlohmann::json now;
+    for (int i = 0; i < 600; ++i) {
+      const Reply reply = get(port_, "/v1/jobs/" + id + "?wait=10", {{"If-None-Match", etag}});
+      if (reply.status == 304) continue;
+      now = nlohmann::json::parse(reply.body, nullptr, false);
+      const std::string state = now.value("state", "");
+      if (reply.status != 200 || state == "succeeded" || state == "failed" || state == "canceled") return now;
+      etag = reply.headers.at("etag");
+    }
+    ADD_FAILURE() << "the job does not end";
+    return now;
+  }
+
+  std::unique_ptr<Service> service_;
+  int port_ = 0;
+};
+
+}  // namespace photond::test

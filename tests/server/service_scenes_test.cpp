@@ -1,0 +1,103 @@
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <unistd.h>
+
+#include "core/base/digest.h"
+#include "tests/server/service_fixture.h"
+
+namespace photond::test {
+namespace {
+
+using nlohmann::json;
+
+TEST_F(ServiceTest, AnUploadIsReportedAndNamedByItsContent) {
+  const std::string glb = small_glb();
+  const Reply first = request(port_, "POST", "/v1/scenes", glb, "model/gltf-binary");
+  ASSERT_EQ(first.status, 201) << first.body;
+  const json scene = json::parse(first.body);
+  EXPECT_EQ(scene["id"], to_hex(sha256(std::as_bytes(std::span(glb.data(), glb.size())))));
+  EXPECT_EQ(first.headers.at("location"), "/v1/scenes/" + scene["id"].get<std::string>());
+  EXPECT_EQ(scene["report"]["counts"]["triangles"], 4);
+  EXPECT_EQ(scene["report"]["counts"]["emissive_triangles"], 2);
+  EXPECT_EQ(scene["report"]["cameras"].size(), 2u);
+  EXPECT_EQ(scene["report"]["materials"][1]["name"], "lamp");
+  EXPECT_FALSE(scene["plan"]["items"].empty());
+  EXPECT_EQ(request(port_, "POST", "/v1/scenes", glb, "model/gltf-binary").status, 200);
+
+  const std::string self = scene["urls"]["self"];
+  EXPECT_EQ(json::parse(get(port_, self).body), scene);
+  const Reply file = get(port_, scene["urls"]["glb"]);
+  EXPECT_EQ(file.body, glb);
+  EXPECT_EQ(file.headers.at("content-type"), "model/gltf-binary");
+  EXPECT_EQ(get(port_, scene["urls"]["glb"], {{"If-None-Match", file.headers.at("etag")}}).status, 304);
+  const json list = json::parse(get(port_, "/v1/scenes").body)["scenes"];
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0]["id"], scene["id"]);
+  EXPECT_EQ(list[0]["sample"], false);
+
+  EXPECT_EQ(request(port_, "DELETE", self).status, 204);
+  EXPECT_EQ(get(port_, self).status, 404);
+  EXPECT_EQ(request(port_, "DELETE", self).status, 404);
+}
+
+TEST_F(ServiceTest, ABrokenSceneIsAProblemThatNamesThePlace) {
+  std::string glb = small_glb();
+  glb.replace(glb.find("\"count\":4"), 9, "\"count\":9");
+  const Reply reply = request(port_, "POST", "/v1/scenes", glb, "model/gltf-binary");
+  EXPECT_EQ(reply.status, 422);
+  EXPECT_EQ(reply.headers.at("content-type"), "application/problem+json");
+  const json problem = json::parse(reply.body);
+  EXPECT_EQ(problem["status"], 422);
+  EXPECT_NE(problem["pointer"].get<std::string>().find("accessors"), std::string::npos) << reply.body;
+  EXPECT_EQ(json::parse(get(port_, "/v1/scenes").body)["scenes"].size(), 0u);
+}
+
+TEST_F(ServiceTest, AJsonSceneMayNotReadFiles) {
+  const Reply reply = request(port_, "POST", "/v1/scenes", small_gltf(), "model/gltf+json");
+  EXPECT_EQ(reply.status, 422) << reply.body;
+}
+
+TEST_F(ServiceTest, SamplesAreListedFromTheStartAndStay) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("photond_samples_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  std::ofstream(folder / "lamp.glb", std::ios::binary) << small_glb();
+  std::ofstream(folder / "notes.txt") << "no scene";
+  ServiceOptions options;
+  options.samples_dir = folder.string();
+  start(options);
+  fs::remove_all(folder);
+  const json list = json::parse(get(port_, "/v1/scenes").body)["scenes"];
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0]["name"], "lamp");
+  EXPECT_EQ(list[0]["sample"], true);
+  const std::string self = list[0]["urls"]["self"];
+  EXPECT_EQ(json::parse(get(port_, self).body)["report"]["counts"]["triangles"], 4);
+  EXPECT_EQ(request(port_, "DELETE", self).status, 409);
+}
+
+TEST_F(ServiceTest, ASceneInUseCannotBeDeleted) {
+  const std::string scene = upload();
+  const std::string id = submit(scene, R"("stop":{"seconds":60})");
+  const Reply refused = request(port_, "DELETE", "/v1/scenes/" + scene);
+  EXPECT_EQ(refused.status, 409);
+  EXPECT_EQ(json::parse(refused.body)["code"], "conflict");
+  EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/cancel").status, 202);
+  wait_for_end(id);
+  EXPECT_EQ(request(port_, "DELETE", "/v1/scenes/" + scene).status, 204);
+}
+
+TEST_F(ServiceTest, TheStoreForScenesIsLimited) {
+  ServiceOptions options;
+  options.scene_store_bytes = small_glb().size() + 10;
+  start(options);
+  upload();
+  const Reply refused = request(port_, "POST", "/v1/scenes", small_glb("other"), "model/gltf-binary");
+  EXPECT_EQ(refused.status, 422);
+  EXPECT_EQ(json::parse(refused.body)["code"], "limit_exceeded");
+}
+
+}  // namespace
+}  // namespace photond::test
