@@ -6,10 +6,10 @@
 namespace photond {
 namespace {
 
-constexpr double kFloor = 0.01;           // of relMSE's denominator
-constexpr double kTrimmedShare = 0.001;   // of the pixels
+constexpr double kFloor = 0.01;          // of relMSE's denominator
+constexpr double kTrimmedShare = 0.001;  // of the pixels
 constexpr int kBlock = 8;
-constexpr double kBrightShare = 0.01;     // of the mean of the picture
+constexpr double kBrightShare = 0.01;  // of the mean of the picture
 
 Status check_comparable(const Image& a, const Image& reference) {
   if (a.width != reference.width || a.height != reference.height) {

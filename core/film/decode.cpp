@@ -1,14 +1,14 @@
 #include "core/film/decode.h"
 
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
 #include <algorithm>
 #include <cstring>
 #include <exception>
 #include <memory>
 #include <string>
 #include <string_view>
-
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 
 #include "core/film/png_chunks.h"
 
@@ -74,8 +74,8 @@ Result<DecodedPixels> decode_opened(OIIO::ImageInput& input, const DecodeLimits&
   if (Status status = check_size(spec, limits); !status) return status.error();
   DecodedPixels pixels{.width = spec.width, .height = spec.height};
   const bool deep = spec.format.basesize() > 1;
-  const Status status = deep ? read_rgba(input, OIIO::TypeUInt16, pixels.u16)
-                             : read_rgba(input, OIIO::TypeUInt8, pixels.u8);
+  const Status status =
+      deep ? read_rgba(input, OIIO::TypeUInt16, pixels.u16) : read_rgba(input, OIIO::TypeUInt8, pixels.u8);
   if (!status) return status.error();
   return pixels;
 }

@@ -1,5 +1,8 @@
 #include "core/film/encode.h"
 
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,9 +10,6 @@
 #include <exception>
 #include <memory>
 #include <string>
-
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 
 namespace photond {
 namespace {
@@ -48,19 +48,30 @@ OIIO::ImageSpec make_spec(const Image& image, ImageFormat format) {
   spec.channelnames = {"R", "G", "B"};
   spec.attribute("oiio:ColorSpace", exr ? "Linear" : "sRGB");
   switch (format) {
-    case ImageFormat::png: spec.attribute("png:compressionLevel", 1); break;
-    case ImageFormat::jpeg: spec.attribute("Compression", "jpeg:90"); break;
-    case ImageFormat::exr_half: spec.attribute("compression", "piz"); break;
-    case ImageFormat::exr_float: spec.attribute("compression", "zip"); break;
+    case ImageFormat::png:
+      spec.attribute("png:compressionLevel", 1);
+      break;
+    case ImageFormat::jpeg:
+      spec.attribute("Compression", "jpeg:90");
+      break;
+    case ImageFormat::exr_half:
+      spec.attribute("compression", "piz");
+      break;
+    case ImageFormat::exr_float:
+      spec.attribute("compression", "zip");
+      break;
   }
   return spec;
 }
 
 const char* file_name(ImageFormat format) {
   switch (format) {
-    case ImageFormat::png: return "memory.png";
-    case ImageFormat::jpeg: return "memory.jpg";
-    default: return "memory.exr";
+    case ImageFormat::png:
+      return "memory.png";
+    case ImageFormat::jpeg:
+      return "memory.jpg";
+    default:
+      return "memory.exr";
   }
 }
 

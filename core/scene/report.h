@@ -14,8 +14,8 @@ struct SceneReport {
   struct CameraEntry {
     std::string name;
     bool orthographic = false;
-    float yfov = 0;   ///< radians; 0 for orthographic cameras
-    float ymag = 0;   ///< metres; 0 for perspective cameras
+    float yfov = 0;  ///< radians; 0 for orthographic cameras
+    float ymag = 0;  ///< metres; 0 for perspective cameras
   };
   struct LightEntry {
     std::string name;
@@ -24,20 +24,20 @@ struct SceneReport {
   };
   struct MaterialEntry {
     std::string name;
-    std::string kind;   ///< see material_kind
+    std::string kind;  ///< see material_kind
     bool emissive = false;
     bool textured = false;
   };
 
   std::uint64_t meshes = 0;
-  std::uint64_t triangles_stored = 0;     ///< of all meshes, each once
-  std::uint64_t triangles_placed = 0;     ///< of all instances
-  std::uint64_t emissive_triangles = 0;   ///< placed triangles with an emissive material
+  std::uint64_t triangles_stored = 0;    ///< of all meshes, each once
+  std::uint64_t triangles_placed = 0;    ///< of all instances
+  std::uint64_t emissive_triangles = 0;  ///< placed triangles with an emissive material
   std::uint64_t instances = 0;
   std::uint64_t textures = 0;
   std::uint64_t texture_pixels = 0;
   Bounds3 bounds;
-  Rgb environment{0};                     ///< radiance from infinity
+  Rgb environment{0};  ///< radiance from infinity
   std::vector<CameraEntry> cameras;
   std::vector<LightEntry> lights;
   std::vector<MaterialEntry> materials;

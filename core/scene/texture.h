@@ -24,8 +24,8 @@ inline int wrap_texel(int i, int n, Wrap wrap) {
 
 /// One texel, decoded to linear.
 inline Vec4 fetch_texel(const TextureImage& image, bool srgb, int x, int y) {
-  const std::size_t at = 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
-                              static_cast<std::size_t>(x));
+  const std::size_t at =
+      4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
   if (!image.u8.empty()) {
     const std::uint8_t* p = &image.u8[at];
     if (srgb) return {kSrgbToLinear[p[0]], kSrgbToLinear[p[1]], kSrgbToLinear[p[2]], p[3] * (1 / 255.0f)};

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-
 #include <glm/gtc/quaternion.hpp>
 
 namespace photond::samples {
@@ -55,7 +54,8 @@ int Glb::lambert(const std::string& name, const Rgb& reflectance) {
 }
 
 int Glb::metal(const std::string& name, const Rgb& reflectance, float roughness) {
-  return add_material({{"name", name}, {"pbrMetallicRoughness", metallic_roughness(reflectance, 1, roughness)}});
+  return add_material(
+      {{"name", name}, {"pbrMetallicRoughness", metallic_roughness(reflectance, 1, roughness)}});
 }
 
 int Glb::glossy(const std::string& name, const Rgb& color, float roughness) {

@@ -5,12 +5,12 @@
 namespace photond::samples {
 namespace {
 
-constexpr float kHalfX = 1.6f, kHalfZ = 1.2f;   // of the basin
-constexpr float kRim = 1.05f, kWater = 0.9f;    // heights above its floor
+constexpr float kHalfX = 1.6f, kHalfZ = 1.2f;  // of the basin
+constexpr float kRim = 1.05f, kWater = 0.9f;   // heights above its floor
 constexpr float kTile = 0.2f, kGap = 0.012f;
 
 struct Wave {
-  Vec2 k;   // 2π/wavelength × direction
+  Vec2 k;  // 2π/wavelength × direction
   float amplitude, phase;
 };
 constexpr Wave kWaves[] = {{{9.2f, 3.1f}, 0.0085f, 0.3f},   {{-5.7f, 8.4f}, 0.0075f, 1.9f},
@@ -65,8 +65,8 @@ void add_basin(Glb& glb) {
   struct Side {
     Vec3 corner, u, v;
   };
-  const Side sides[] = {{corner + z, x, -z}, {corner, x, y}, {corner + z + x, -x, y}, {corner + z, -z, y},
-                        {corner + x, z, y}};
+  const Side sides[] = {
+      {corner + z, x, -z}, {corner, x, y}, {corner + z + x, -x, y}, {corner + z, -z, y}, {corner + x, z, y}};
   Shape grout, tiles[2];
   for (const Side& side : sides) {
     append(grout, quad(side.corner, side.u, side.v));
@@ -89,7 +89,8 @@ void add_deck(Glb& glb) {
   glb.add("deck", deck, stone);
   constexpr float kHalf = 0.11f, kThick = 0.03f;
   for (float side : {-1.0f, 1.0f}) {
-    glb.add("coping", box({0, kRim + kThick, side * (kHalfZ + kHalf)}, {kHalfX + 2 * kHalf, kThick, kHalf}), coping);
+    glb.add("coping", box({0, kRim + kThick, side * (kHalfZ + kHalf)}, {kHalfX + 2 * kHalf, kThick, kHalf}),
+            coping);
     glb.add("coping", box({side * (kHalfX + kHalf), kRim + kThick, 0}, {kHalf, kThick, kHalfZ}), coping);
   }
 }
@@ -116,9 +117,11 @@ Glb pool() {
   add_basin(glb);
   add_deck(glb);
   add_ball(glb);
-  glb.add("step", box({-kHalfX + 0.3f, 0.18f, -0.6f}, {0.3f, 0.18f, 0.6f}), glb.lambert("step", {0.6f, 0.64f, 0.64f}));
+  glb.add("step", box({-kHalfX + 0.3f, 0.18f, -0.6f}, {0.3f, 0.18f, 0.6f}),
+          glb.lambert("step", {0.6f, 0.64f, 0.64f}));
   glb.add("water", water_surface(), glb.glass("water", 1.33f, {0.55f, 0.86f, 0.92f}, 2.5f));
-  glb.add("sun", quad({-2.1f, 7.4f, -2.0f}, {0.36f, 0, 0}, {0, -0.08f, 0.36f}), glb.emitter("sun", {1500, 1330, 1080}));
+  glb.add("sun", quad({-2.1f, 7.4f, -2.0f}, {0.36f, 0, 0}, {0, -0.08f, 0.36f}),
+          glb.emitter("sun", {1500, 1330, 1080}));
   glb.add("sky", quad({-4, 8.5f, -4}, {8, 0, 0}, {0, 0, 8}), glb.emitter("sky", {0.34f, 0.45f, 0.62f}));
   glb.add_camera("main", {1.9f, 2.95f, 3.15f}, {-0.05f, 0.62f, -0.05f}, 0.72f);
   glb.add_camera("above", {0, 5.2f, 0}, {0, 0, 0}, 0.62f, {0, 0, -1});

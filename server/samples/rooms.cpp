@@ -44,11 +44,13 @@ Glb lantern() {
   Glb glb("lantern");
   const int wall = glb.lambert("wall", {0.62f, 0.58f, 0.52f});
   const int wood = glb.lambert("wood", {0.42f, 0.25f, 0.13f});
-  glb.add("floor", quad({-1.6f, 0, 2.2f}, {3.2f, 0, 0}, {0, 0, -3.7f}), glb.lambert("floor", {0.36f, 0.27f, 0.2f}));
+  glb.add("floor", quad({-1.6f, 0, 2.2f}, {3.2f, 0, 0}, {0, 0, -3.7f}),
+          glb.lambert("floor", {0.36f, 0.27f, 0.2f}));
   glb.add("ceiling", quad({-1.6f, 2.4f, -1.5f}, {3.2f, 0, 0}, {0, 0, 3.7f}), wall);
   glb.add("back wall", quad({-1.6f, 0, -1.5f}, {3.2f, 0, 0}, {0, 2.4f, 0}), wall);
   glb.add("front wall", quad({1.6f, 0, 2.2f}, {-3.2f, 0, 0}, {0, 2.4f, 0}), wall);
-  glb.add("left wall", quad({-1.6f, 0, 2.2f}, {0, 0, -3.7f}, {0, 2.4f, 0}), glb.lambert("blue wall", {0.12f, 0.24f, 0.38f}));
+  glb.add("left wall", quad({-1.6f, 0, 2.2f}, {0, 0, -3.7f}, {0, 2.4f, 0}),
+          glb.lambert("blue wall", {0.12f, 0.24f, 0.38f}));
   glb.add("right wall", quad({1.6f, 0, -1.5f}, {0, 0, 3.7f}, {0, 2.4f, 0}), wall);
   glb.add("table", box({0, 0.46f, 0}, {1.05f, 0.04f, 0.55f}), wood);
   for (float x : {-0.95f, 0.95f}) glb.add("table leg", box({x, 0.21f, 0}, {0.05f, 0.21f, 0.45f}), wood);
@@ -62,11 +64,15 @@ Glb lantern() {
   glb.add("lamp post", cylinder(center - Vec3(0, 0.25f, 0), 0.03f, 0.012f, 0.185f, 32), iron);
   glb.add("lamp", sphere(center, 0.06f, 32), glb.emitter("lamp", {330, 235, 130}));
 
-  glb.add("copper sphere", sphere({0.62f, 0.66f, 0.2f}, 0.16f, 64), glb.metal("copper", {0.93f, 0.6f, 0.47f}, 0.12f));
+  glb.add("copper sphere", sphere({0.62f, 0.66f, 0.2f}, 0.16f, 64),
+          glb.metal("copper", {0.93f, 0.6f, 0.47f}, 0.12f));
   glb.add("torus", torus({-0.6f, 0.565f, 0.22f}, 0.17f, 0.065f, 48), glb.lambert("clay", {0.6f, 0.2f, 0.12f}));
-  glb.add("lower book", box({-0.66f, 0.53f, -0.28f}, {0.2f, 0.03f, 0.14f}, 0.35f), glb.lambert("green", {0.1f, 0.3f, 0.16f}));
-  glb.add("upper book", box({-0.65f, 0.585f, -0.28f}, {0.17f, 0.025f, 0.13f}, 0.1f), glb.lambert("ochre", {0.6f, 0.42f, 0.1f}));
-  glb.add("vase", cylinder({0.55f, 0.5f, -0.28f}, 0.07f, 0.13f, 0.34f, 96), glb.lambert("porcelain", Rgb(0.75f)));
+  glb.add("lower book", box({-0.66f, 0.53f, -0.28f}, {0.2f, 0.03f, 0.14f}, 0.35f),
+          glb.lambert("green", {0.1f, 0.3f, 0.16f}));
+  glb.add("upper book", box({-0.65f, 0.585f, -0.28f}, {0.17f, 0.025f, 0.13f}, 0.1f),
+          glb.lambert("ochre", {0.6f, 0.42f, 0.1f}));
+  glb.add("vase", cylinder({0.55f, 0.5f, -0.28f}, 0.07f, 0.13f, 0.34f, 96),
+          glb.lambert("porcelain", Rgb(0.75f)));
   glb.add_camera("main", {0.35f, 1.45f, 2.1f}, {0, 0.78f, 0}, 0.72f);
   glb.add_camera("lamp", {-0.35f, 1.05f, 1.1f}, {0, 0.8f, 0}, 0.75f);
   glb.add_camera("wall", {1.45f, 1.9f, 2.05f}, {-0.5f, 0.8f, -0.8f}, 0.95f);

@@ -66,7 +66,7 @@ Shape sphere(const Vec3& center, float radius, int rings, bool inward) {
     }
   }
   for (glm::uvec3& t : shape.triangles) {
-    if (!inward) std::swap(t.y, t.z);
+    if (inward) std::swap(t.y, t.z);
   }
   return shape;
 }

@@ -30,9 +30,12 @@ T load(const unsigned char* at) {
 
 std::uint32_t load_unsigned(const unsigned char* at, int type) {
   switch (type) {
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return *at;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return load<std::uint16_t>(at);
-    default: return load<std::uint32_t>(at);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return *at;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return load<std::uint16_t>(at);
+    default:
+      return load<std::uint32_t>(at);
   }
 }
 
@@ -55,12 +58,15 @@ float load_float(const unsigned char* at, int type, bool normalized) {
       const float value = load<std::uint16_t>(at);
       return normalized ? value / 65535.0f : value;
     }
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: return static_cast<float>(load<std::uint32_t>(at));
-    default: return load<float>(at);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+      return static_cast<float>(load<std::uint32_t>(at));
+    default:
+      return load<float>(at);
   }
 }
 
-/// Calls `store(element, bytes)` for the elements of the accessor, then for those that its sparse part replaces.
+/// Calls `store(element, bytes)` for the elements of the accessor, then for those that its sparse part
+/// replaces.
 template <class Store>
 Status for_each_element(const tinygltf::Model& model, int index, const Store& store) {
   const tinygltf::Accessor& accessor = model.accessors[index];
@@ -93,24 +99,34 @@ Status for_each_element(const tinygltf::Model& model, int index, const Store& st
 std::size_t component_size(int component_type) {
   switch (component_type) {
     case TINYGLTF_COMPONENT_TYPE_BYTE:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return 1;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return 1;
     case TINYGLTF_COMPONENT_TYPE_SHORT:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return 2;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return 2;
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-    case TINYGLTF_COMPONENT_TYPE_FLOAT: return 4;
-    default: return 0;
+    case TINYGLTF_COMPONENT_TYPE_FLOAT:
+      return 4;
+    default:
+      return 0;
   }
 }
 
 std::size_t component_count(int type) {
   switch (type) {
-    case TINYGLTF_TYPE_SCALAR: return 1;
-    case TINYGLTF_TYPE_VEC2: return 2;
-    case TINYGLTF_TYPE_VEC3: return 3;
+    case TINYGLTF_TYPE_SCALAR:
+      return 1;
+    case TINYGLTF_TYPE_VEC2:
+      return 2;
+    case TINYGLTF_TYPE_VEC3:
+      return 3;
     case TINYGLTF_TYPE_VEC4:
-    case TINYGLTF_TYPE_MAT2: return 4;
-    case TINYGLTF_TYPE_MAT3: return 9;
-    default: return 16;
+    case TINYGLTF_TYPE_MAT2:
+      return 4;
+    case TINYGLTF_TYPE_MAT3:
+      return 9;
+    default:
+      return 16;
   }
 }
 
@@ -118,10 +134,14 @@ std::size_t element_size(const tinygltf::Accessor& accessor) {
   const std::size_t component = component_size(accessor.componentType);
   const auto padded = [component](std::size_t n) { return n * ((n * component + 3) / 4 * 4); };
   switch (accessor.type) {
-    case TINYGLTF_TYPE_MAT2: return padded(2);
-    case TINYGLTF_TYPE_MAT3: return padded(3);
-    case TINYGLTF_TYPE_MAT4: return padded(4);
-    default: return component_count(accessor.type) * component;
+    case TINYGLTF_TYPE_MAT2:
+      return padded(2);
+    case TINYGLTF_TYPE_MAT3:
+      return padded(3);
+    case TINYGLTF_TYPE_MAT4:
+      return padded(4);
+    default:
+      return component_count(accessor.type) * component;
   }
 }
 

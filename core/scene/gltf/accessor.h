@@ -1,11 +1,11 @@
 #pragma once
 
+#include <tiny_gltf.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 

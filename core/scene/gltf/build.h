@@ -1,12 +1,12 @@
 #pragma once
 
+#include <tiny_gltf.h>
+
 #include <cstdint>
 #include <map>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 #include "core/scene/gltf.h"
@@ -26,23 +26,23 @@ struct Build {
   Scene scene;
   Warnings warnings;
 
-  std::map<int, std::uint32_t> images = {};                        ///< glTF image → Scene::images
-  std::map<std::pair<int, bool>, std::uint32_t> textures = {};     ///< glTF texture, sRGB → Scene::textures
+  std::map<int, std::uint32_t> images = {};                     ///< glTF image → Scene::images
+  std::map<std::pair<int, bool>, std::uint32_t> textures = {};  ///< glTF texture, sRGB → Scene::textures
   std::map<std::pair<int, std::vector<double>>, std::vector<std::uint32_t>> meshes = {};
-  std::int64_t default_material = -1;                              ///< Scene::materials, once it is needed
+  std::int64_t default_material = -1;  ///< Scene::materials, once it is needed
   std::uint64_t texture_pixels = 0;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
-  std::uint64_t degenerate = 0;                                    ///< triangles dropped
-  std::string first_degenerate = {};                               ///< and where that began
+  std::uint64_t degenerate = 0;       ///< triangles dropped
+  std::string first_degenerate = {};  ///< and where that began
 };
 
 /// Decodes images[index] unless that was done already; returns its index in Scene::images.
 Result<std::uint32_t> build_image(Build& build, int index);
 
 /// One texture reference of a material (`info` fields as tinygltf parsed them, extensions beside them).
-Result<TextureSlot> build_texture(Build& build, int texture, int tex_coord,
-                                  const tinygltf::Value* transform, bool srgb, const std::string& where);
+Result<TextureSlot> build_texture(Build& build, int texture, int tex_coord, const tinygltf::Value* transform,
+                                  bool srgb, const std::string& where);
 
 /// Fills Scene::materials with all materials of the file, in its order.
 Status build_materials(Build& build);

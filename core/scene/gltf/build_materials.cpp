@@ -43,8 +43,8 @@ class MaterialReader {
   }
 
   void emission() {
-    const double strength = number(extension(from_.extensions, "KHR_materials_emissive_strength"),
-                                   "emissiveStrength", 1);
+    const double strength =
+        number(extension(from_.extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1);
     out_.emission = color(from_.emissiveFactor) * bounded(strength, where_ + ".emissiveStrength");
     out_.emission_texture = slot(from_.emissiveTexture, true, where_ + ".emissiveTexture");
   }

@@ -20,7 +20,8 @@ Status add_target(std::vector<float>& values, const Build& build, int target, do
     float& value = values[i / morphed * width + i % morphed];
     value += static_cast<float>(weight) * (*delta)[i];
     if (!(std::abs(value) <= kMaxMagnitude)) {
-      return invalid_input("morphed value is absurdly large", place("accessors", static_cast<std::size_t>(target)));
+      return invalid_input("morphed value is absurdly large",
+                           place("accessors", static_cast<std::size_t>(target)));
     }
   }
   return Done{};
@@ -94,9 +95,9 @@ std::uint32_t material_index(Build& build, int material) {
 
 void warn_of_missing_uv(Build& build, const Mesh& mesh, const std::string& where) {
   const Material& m = build.scene.materials[mesh.material];
-  for (const TextureSlot* slot : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
-                                  &m.emission_texture, &m.specular_texture, &m.specular_color_texture,
-                                  &m.transmission_texture}) {
+  for (const TextureSlot* slot :
+       {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emission_texture,
+        &m.specular_texture, &m.specular_color_texture, &m.transmission_texture}) {
     if (slot->used() && mesh.uv[slot->uv_set].empty()) {
       return build.warnings.add("the material's textures need a TEXCOORD set that is missing", where);
     }
@@ -132,7 +133,8 @@ Result<std::optional<Mesh>> build_primitive(Build& build, const tinygltf::Primit
 
 }  // namespace
 
-Result<std::vector<std::uint32_t>> build_mesh(Build& build, int index, const std::vector<double>& node_weights) {
+Result<std::vector<std::uint32_t>> build_mesh(Build& build, int index,
+                                              const std::vector<double>& node_weights) {
   const tinygltf::Mesh& from = build.model.meshes[index];
   const std::vector<double>& weights = node_weights.empty() ? from.weights : node_weights;
   const auto [found, inserted] = build.meshes.try_emplace({index, weights});

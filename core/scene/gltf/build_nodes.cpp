@@ -53,10 +53,11 @@ Status add_light(Build& build, const tinygltf::Node& node, int index, const glm:
   if (!intensity) return intensity.error();
   const Result<Affine> frame = to_frame(to_world, where);
   if (!frame) return frame.error();
-  PunctualLight light{.name = name_or(from.name, node.name, "light " + std::to_string(build.scene.lights.size())),
-                      .position = (*frame)[3],
-                      .direction = -(*frame)[2],
-                      .intensity = *intensity};
+  PunctualLight light{
+      .name = name_or(from.name, node.name, "light " + std::to_string(build.scene.lights.size())),
+      .position = (*frame)[3],
+      .direction = -(*frame)[2],
+      .intensity = *intensity};
   if (from.type == "directional") light.type = LightType::directional;
   if (from.type == "spot") {
     light.type = LightType::spot;
@@ -126,7 +127,8 @@ Status add_gpu_instances(Build& build, const tinygltf::Value* attributes,
   return Done{};
 }
 
-Status add_mesh(Build& build, const tinygltf::Node& node, const glm::dmat4& to_world, const std::string& where) {
+Status add_mesh(Build& build, const tinygltf::Node& node, const glm::dmat4& to_world,
+                const std::string& where) {
   if (node.skin >= 0) build.warnings.add("skin is not applied: the mesh stands as modelled", where);
   const Result<std::vector<std::uint32_t>> meshes = build_mesh(build, node.mesh, node.weights);
   if (!meshes) return meshes.error();
@@ -137,7 +139,8 @@ Status add_mesh(Build& build, const tinygltf::Node& node, const glm::dmat4& to_w
   return add_instance(build, *meshes, to_world, where);
 }
 
-Status add_node(Build& build, const tinygltf::Node& node, const glm::dmat4& to_world, const std::string& where) {
+Status add_node(Build& build, const tinygltf::Node& node, const glm::dmat4& to_world,
+                const std::string& where) {
   if (node.mesh >= 0) {
     if (Status s = add_mesh(build, node, to_world, where); !s) return s;
   }
@@ -153,7 +156,8 @@ std::vector<int> root_nodes(Build& build) {
   const tinygltf::Model& model = build.model;
   if (!model.scenes.empty()) {
     const auto chosen = static_cast<std::size_t>(std::max(model.defaultScene, 0));
-    if (model.scenes.size() > 1) build.warnings.add("only this scene of several is shown", place("scenes", chosen));
+    if (model.scenes.size() > 1)
+      build.warnings.add("only this scene of several is shown", place("scenes", chosen));
     return model.scenes[chosen].nodes;
   }
   build.warnings.add("the file has no scene: all its nodes are shown", "scenes");

@@ -90,7 +90,8 @@ Result<std::uint32_t> build_image(Build& build, int index) {
   const std::string where = place("images", static_cast<std::size_t>(index));
   Result<DecodedPixels> pixels = decode_image(build, image, where);
   if (!pixels) return Error{pixels.error().code, pixels.error().message, where};
-  build.texture_pixels += static_cast<std::uint64_t>(pixels->width) * static_cast<std::uint64_t>(pixels->height);
+  build.texture_pixels +=
+      static_cast<std::uint64_t>(pixels->width) * static_cast<std::uint64_t>(pixels->height);
   found->second = static_cast<std::uint32_t>(build.scene.images.size());
   build.scene.images.push_back(
       {image.name, pixels->width, pixels->height, std::move(pixels->u8), std::move(pixels->u16)});
@@ -113,7 +114,8 @@ Result<TextureSlot> build_texture(Build& build, int texture, int tex_coord, cons
   }
   const Result<std::uint32_t> sampled = build_sampled_image(build, texture, source, srgb);
   if (!sampled) return sampled.error();
-  TextureSlot slot{.texture = static_cast<std::int32_t>(*sampled), .uv_set = static_cast<std::uint32_t>(uv_set)};
+  TextureSlot slot{.texture = static_cast<std::int32_t>(*sampled),
+                   .uv_set = static_cast<std::uint32_t>(uv_set)};
   if (transform) {
     const Result<glm::mat3x2> matrix = read_transform(transform, where);
     if (!matrix) return matrix.error();

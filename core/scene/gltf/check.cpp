@@ -39,9 +39,8 @@ std::string place(std::string_view array, std::size_t index) {
 Status check_index(int index, std::size_t size, const std::string& where, bool optional) {
   if (optional && index == -1) return Done{};
   if (index >= 0 && static_cast<std::size_t>(index) < size) return Done{};
-  return invalid_input("index " + std::to_string(index) + " does not exist (there are " +
-                           std::to_string(size) + ")",
-                       where);
+  return invalid_input(
+      "index " + std::to_string(index) + " does not exist (there are " + std::to_string(size) + ")", where);
 }
 
 Status check_cameras(const tinygltf::Model& model) {

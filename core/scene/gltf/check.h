@@ -1,9 +1,9 @@
 #pragma once
 
+#include <tiny_gltf.h>
+
 #include <string>
 #include <string_view>
-
-#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 #include "core/scene/gltf.h"

@@ -33,7 +33,8 @@ Status check_range(const tinygltf::BufferView& view, std::size_t offset, std::si
   return Done{};
 }
 
-Status check_sparse(const tinygltf::Model& model, const tinygltf::Accessor& accessor, const std::string& where) {
+Status check_sparse(const tinygltf::Model& model, const tinygltf::Accessor& accessor,
+                    const std::string& where) {
   const auto& sparse = accessor.sparse;
   const int type = sparse.indices.componentType;
   if (sparse.count < 1 || static_cast<std::size_t>(sparse.count) > accessor.count) {

@@ -20,8 +20,7 @@ bool attribute_type_allowed(std::string_view name, const tinygltf::Accessor& acc
   const int type = accessor.type, component = accessor.componentType;
   if (component == kUnsignedInt) return false;
   if (name == "POSITION") return type == TINYGLTF_TYPE_VEC3;
-  const bool signed_unit =
-      component == kFloat || (!is_unsigned(component) && accessor.normalized);
+  const bool signed_unit = component == kFloat || (!is_unsigned(component) && accessor.normalized);
   if (name == "NORMAL") return type == TINYGLTF_TYPE_VEC3 && signed_unit;
   if (name == "TANGENT") return type == TINYGLTF_TYPE_VEC4 && signed_unit;
   if (name.starts_with("TEXCOORD_")) return type == TINYGLTF_TYPE_VEC2;
@@ -108,7 +107,8 @@ Status check_primitive(const tinygltf::Model& model, const tinygltf::Primitive& 
   if (primitive.mode < TINYGLTF_MODE_POINTS || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
     return invalid_input("mode is not one of glTF", where + ".mode");
   }
-  if (Status s = check_index(primitive.material, model.materials.size(), where + ".material", true); !s) return s;
+  if (Status s = check_index(primitive.material, model.materials.size(), where + ".material", true); !s)
+    return s;
   if (Status s = check_attributes(model, primitive, where); !s) return s;
   if (Status s = check_indices(model, primitive, where + ".indices"); !s) return s;
   if (Status s = check_targets(model, primitive, where); !s) return s;

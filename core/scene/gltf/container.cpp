@@ -6,9 +6,9 @@
 namespace photond::gltf {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x46546C67;   // "glTF"
-constexpr std::uint32_t kJson = 0x4E4F534A;    // "JSON"
-constexpr std::uint32_t kBin = 0x004E4942;     // "BIN\0"
+constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
+constexpr std::uint32_t kJson = 0x4E4F534A;   // "JSON"
+constexpr std::uint32_t kBin = 0x004E4942;    // "BIN\0"
 constexpr std::size_t kHeaderSize = 12;
 constexpr std::size_t kChunkHeaderSize = 8;
 constexpr std::size_t kMaxSize = 0xFFFFFFFFu;  // GLB sizes and the parser's length are 32-bit

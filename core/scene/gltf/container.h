@@ -10,7 +10,7 @@ namespace photond::gltf {
 
 /// The parts of a glTF file in memory.
 struct Container {
-  bool binary = false;          ///< GLB
+  bool binary = false;  ///< GLB
   std::string_view json;
   std::span<const std::byte> bin;  ///< GLB chunk 1; may be empty
 };

@@ -85,13 +85,15 @@ void warn_of_ignored(Build& build) {
     build.warnings.add(name.substr(0, 80) + " ignored", place("extensionsUsed", i));
   }
   for (std::size_t i = 0; i < model.lights.size(); ++i) {
-    if (model.lights[i].range > 0) build.warnings.add("range ignored: light reaches any distance", place("lights", i));
+    if (model.lights[i].range > 0)
+      build.warnings.add("range ignored: light reaches any distance", place("lights", i));
   }
   if (build.degenerate > 0) {
     build.warnings.add(std::to_string(build.degenerate) + " degenerate triangles dropped, the first here",
                        build.first_degenerate);
   }
-  if (!model.animations.empty()) build.warnings.add("animation ignored: the scene stands as modelled", "animations");
+  if (!model.animations.empty())
+    build.warnings.add("animation ignored: the scene stands as modelled", "animations");
 }
 
 }  // namespace photond::gltf

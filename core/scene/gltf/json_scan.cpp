@@ -15,13 +15,20 @@ const Schema kAny;
 
 std::string_view kind_name(Schema::Kind kind) {
   switch (kind) {
-    case Schema::Kind::boolean: return "true or false";
-    case Schema::Kind::integer: return "an integer";
-    case Schema::Kind::number: return "a number";
-    case Schema::Kind::string: return "a string";
-    case Schema::Kind::array: return "an array";
-    case Schema::Kind::object: return "an object";
-    case Schema::Kind::any: break;
+    case Schema::Kind::boolean:
+      return "true or false";
+    case Schema::Kind::integer:
+      return "an integer";
+    case Schema::Kind::number:
+      return "a number";
+    case Schema::Kind::string:
+      return "a string";
+    case Schema::Kind::array:
+      return "an array";
+    case Schema::Kind::object:
+      return "an object";
+    case Schema::Kind::any:
+      break;
   }
   return "a value";
 }
@@ -83,13 +90,20 @@ class Scanner {
     if (text_.at_end()) return malformed("unexpected end");
     enter(schema.role);
     switch (text_.peek()) {
-      case '{': return expect(schema, Schema::Kind::object) && nested(schema, &Scanner::object);
-      case '[': return expect(schema, Schema::Kind::array) && nested(schema, &Scanner::array);
-      case '"': return expect(schema, Schema::Kind::string) && string(schema);
-      case 't': return expect(schema, Schema::Kind::boolean) && literal("true");
-      case 'f': return expect(schema, Schema::Kind::boolean) && literal("false");
-      case 'n': return (schema.kind == Schema::Kind::any || wrong_kind(schema)) && literal("null");
-      default: return number(schema);
+      case '{':
+        return expect(schema, Schema::Kind::object) && nested(schema, &Scanner::object);
+      case '[':
+        return expect(schema, Schema::Kind::array) && nested(schema, &Scanner::array);
+      case '"':
+        return expect(schema, Schema::Kind::string) && string(schema);
+      case 't':
+        return expect(schema, Schema::Kind::boolean) && literal("true");
+      case 'f':
+        return expect(schema, Schema::Kind::boolean) && literal("false");
+      case 'n':
+        return (schema.kind == Schema::Kind::any || wrong_kind(schema)) && literal("null");
+      default:
+        return number(schema);
     }
   }
 
@@ -98,9 +112,7 @@ class Scanner {
     if (role == Role::node) ++scan_.nodes;
   }
 
-  bool wrong_kind(const Schema& schema) {
-    return fail("must be " + std::string(kind_name(schema.kind)));
-  }
+  bool wrong_kind(const Schema& schema) { return fail("must be " + std::string(kind_name(schema.kind))); }
   bool expect(const Schema& schema, Schema::Kind kind) {
     return schema.kind == Schema::Kind::any || schema.kind == kind || wrong_kind(schema);
   }

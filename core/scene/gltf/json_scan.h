@@ -35,11 +35,11 @@ struct Schema {
   double max = std::numeric_limits<double>::infinity();
   /// number: tinygltf keeps integers inside extensions in 32 bits, so larger ones are refused.
   bool narrow_integers = false;
-  const Schema* items = nullptr;        ///< array: every element; null: any
+  const Schema* items = nullptr;  ///< array: every element; null: any
   std::size_t min_items = 0;
   std::size_t max_items = std::numeric_limits<std::size_t>::max();
-  std::span<const Field> fields;        ///< object
-  const Schema* others = nullptr;       ///< object: members not in `fields`; null: any
+  std::span<const Field> fields;   ///< object
+  const Schema* others = nullptr;  ///< object: members not in `fields`; null: any
 };
 
 struct BufferDeclaration {

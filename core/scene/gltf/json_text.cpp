@@ -93,7 +93,7 @@ bool JsonText::read_hex4(unsigned& code) {
   for (int i = 0; i < 4; ++i) {
     if (at_end()) return false;
     const char c = peek();
-    const int digit = is_digit(c)             ? c - '0'
+    const int digit = is_digit(c)              ? c - '0'
                       : (c >= 'a' && c <= 'f') ? c - 'a' + 10
                       : (c >= 'A' && c <= 'F') ? c - 'A' + 10
                                                : -1;

@@ -12,7 +12,6 @@
 namespace photond::gltf {
 namespace {
 
-
 /// What tinygltf's callbacks need: which buffer it is at, and where to ask.
 struct LoadState {
   const tinygltf::Model& model;
@@ -27,7 +26,8 @@ struct LoadState {
 Result<std::vector<std::byte>> buffer_bytes(const std::string& uri, const ResourceReader& resources,
                                             const std::string& where) {
   if (is_data_uri(uri)) {
-    if (!uri.starts_with("data:application/octet-stream;") && !uri.starts_with("data:application/gltf-buffer;")) {
+    if (!uri.starts_with("data:application/octet-stream;") &&
+        !uri.starts_with("data:application/gltf-buffer;")) {
       return invalid_input("media type of the data URI is not that of a buffer", where);
     }
     return decode_data_uri(uri, where);
@@ -65,8 +65,9 @@ tinygltf::FsCallbacks file_callbacks(LoadState& state) {
     return static_cast<LoadState*>(user)->at_buffers();
   };
   callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
-  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string*, const std::string&,
-                               void* user) { return read_buffer(out, *static_cast<LoadState*>(user)); };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string*, const std::string&, void* user) {
+    return read_buffer(out, *static_cast<LoadState*>(user));
+  };
   callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
     return false;
   };
@@ -75,8 +76,8 @@ tinygltf::FsCallbacks file_callbacks(LoadState& state) {
 
 /// Keeps the encoded bytes of a data URI. The bytes of a buffer view are not looked at here: their range has
 /// not been checked yet.
-bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, int,
-                  const unsigned char* bytes, int size, void*) {
+bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes,
+                  int size, void*) {
   if (image->bufferView < 0) image->image.assign(bytes, bytes + size);
   return true;
 }
@@ -103,12 +104,12 @@ std::string failing_place(const tinygltf::Model& model, const JsonScan& scan) {
     return found != scan.counts.end() ? found->second : 0;
   };
   const std::pair<std::string_view, std::size_t> sections[] = {
-      {"buffers", model.buffers.size()},     {"bufferViews", model.bufferViews.size()},
-      {"accessors", model.accessors.size()}, {"meshes", model.meshes.size()},
-      {"nodes", model.nodes.size()},         {"materials", model.materials.size()},
-      {"images", model.images.size()},       {"textures", model.textures.size()},
+      {"buffers", model.buffers.size()},       {"bufferViews", model.bufferViews.size()},
+      {"accessors", model.accessors.size()},   {"meshes", model.meshes.size()},
+      {"nodes", model.nodes.size()},           {"materials", model.materials.size()},
+      {"images", model.images.size()},         {"textures", model.textures.size()},
       {"animations", model.animations.size()}, {"skins", model.skins.size()},
-      {"samplers", model.samplers.size()},   {"cameras", model.cameras.size()}};
+      {"samplers", model.samplers.size()},     {"cameras", model.cameras.size()}};
   for (const auto& [section, loaded] : sections) {
     if (loaded >= declared(section)) continue;
     return section == "nodes" ? "meshes" : place(section, loaded);
@@ -125,9 +126,8 @@ Status run_tinygltf(std::span<const std::byte> bytes, const Container& container
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   const auto size = static_cast<unsigned>(bytes.size());
   const bool loaded =
-      container.binary
-          ? loader.LoadBinaryFromMemory(&model, &error, &warning, data, size)
-          : loader.LoadASCIIFromString(&model, &error, &warning, container.json.data(), size, "");
+      container.binary ? loader.LoadBinaryFromMemory(&model, &error, &warning, data, size)
+                       : loader.LoadASCIIFromString(&model, &error, &warning, container.json.data(), size, "");
   if (loaded) return Done{};
   if (state.error) return *state.error;
   while (!error.empty() && (error.back() == '\n' || error.back() == '.')) error.pop_back();

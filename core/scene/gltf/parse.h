@@ -1,8 +1,8 @@
 #pragma once
 
-#include <span>
-
 #include <tiny_gltf.h>
+
+#include <span>
 
 #include "core/base/result.h"
 #include "core/scene/gltf.h"

@@ -1,7 +1,6 @@
-#include "core/scene/gltf.h"
-
 #include <exception>
 
+#include "core/scene/gltf.h"
 #include "core/scene/gltf/build.h"
 #include "core/scene/gltf/check.h"
 #include "core/scene/gltf/parse.h"

@@ -5,8 +5,8 @@ namespace {
 
 using Kind = Schema::Kind;
 
-constexpr double kMaxIndex = 2'147'483'647.0;           // the parser keeps indices in int
-constexpr double kMaxSize = 9'007'199'254'740'992.0;    // 2^53
+constexpr double kMaxIndex = 2'147'483'647.0;         // the parser keeps indices in int
+constexpr double kMaxSize = 9'007'199'254'740'992.0;  // 2^53
 
 constexpr Schema kBoolean{.kind = Kind::boolean};
 constexpr Schema kString{.kind = Kind::string};
@@ -35,22 +35,20 @@ constexpr Schema kUnitVec3 = numbers(3, kUnit), kUnitVec4 = numbers(4, kUnit);
 constexpr Schema kColor3 = numbers(3, kNonNegative);
 
 // asset, buffers, views, accessors
-constexpr Field kAssetFields[] = {{"version", &kString, true}, {"minVersion", &kString},
-                                  {"generator", &kString},     {"copyright", &kString},
+constexpr Field kAssetFields[] = {{"version", &kString, true},
+                                  {"minVersion", &kString},
+                                  {"generator", &kString},
+                                  {"copyright", &kString},
                                   {"extensions", &kObject}};
 constexpr Schema kAsset = object(kAssetFields);
 constexpr Schema kBufferUri{.kind = Kind::string, .role = Role::buffer_uri};
-constexpr Schema kBufferLength{
-    .kind = Kind::integer, .role = Role::buffer_length, .min = 1, .max = kMaxSize};
-constexpr Field kBufferFields[] = {{"uri", &kBufferUri},
-                                   {"byteLength", &kBufferLength, true},
-                                   {"name", &kString},
-                                   {"extensions", &kObject}};
+constexpr Schema kBufferLength{.kind = Kind::integer, .role = Role::buffer_length, .min = 1, .max = kMaxSize};
+constexpr Field kBufferFields[] = {
+    {"uri", &kBufferUri}, {"byteLength", &kBufferLength, true}, {"name", &kString}, {"extensions", &kObject}};
 constexpr Schema kBuffer{.kind = Kind::object, .role = Role::buffer, .fields = kBufferFields};
-constexpr Field kViewFields[] = {{"buffer", &kIndex, true}, {"byteOffset", &kSize},
-                                 {"byteLength", &kLength, true}, {"byteStride", &kSize},
-                                 {"target", &kIndex},       {"name", &kString},
-                                 {"extensions", &kObject}};
+constexpr Field kViewFields[] = {
+    {"buffer", &kIndex, true}, {"byteOffset", &kSize}, {"byteLength", &kLength, true}, {"byteStride", &kSize},
+    {"target", &kIndex},       {"name", &kString},     {"extensions", &kObject}};
 constexpr Schema kView = object(kViewFields);
 constexpr Field kSparseIndicesFields[] = {
     {"bufferView", &kIndex, true}, {"byteOffset", &kIndex}, {"componentType", &kIndex, true}};
@@ -70,18 +68,21 @@ constexpr Field kAccessorFields[] = {{"bufferView", &kIndex},   {"byteOffset", &
 constexpr Schema kAccessor = object(kAccessorFields);
 
 // images, samplers, textures
-constexpr Field kImageFields[] = {{"uri", &kString},   {"bufferView", &kIndex},  {"mimeType", &kString},
-                                  {"name", &kString}, {"extensions", &kObject}};
+constexpr Field kImageFields[] = {{"uri", &kString},
+                                  {"bufferView", &kIndex},
+                                  {"mimeType", &kString},
+                                  {"name", &kString},
+                                  {"extensions", &kObject}};
 constexpr Schema kImage = object(kImageFields);
-constexpr Field kSamplerFields[] = {{"magFilter", &kIndex}, {"minFilter", &kIndex}, {"wrapS", &kIndex},
-                                    {"wrapT", &kIndex},     {"name", &kString}};
+constexpr Field kSamplerFields[] = {
+    {"magFilter", &kIndex}, {"minFilter", &kIndex}, {"wrapS", &kIndex}, {"wrapT", &kIndex}, {"name", &kString}};
 constexpr Schema kSampler = object(kSamplerFields);
 constexpr Field kSourceFields[] = {{"source", &kIndex}};
 constexpr Schema kSource = object(kSourceFields);
 constexpr Field kTextureExtensionFields[] = {{"EXT_texture_webp", &kSource}};
 constexpr Schema kTextureExtensions = object(kTextureExtensionFields);
-constexpr Field kTextureFields[] = {{"sampler", &kIndex}, {"source", &kIndex}, {"name", &kString},
-                                    {"extensions", &kTextureExtensions}};
+constexpr Field kTextureFields[] = {
+    {"sampler", &kIndex}, {"source", &kIndex}, {"name", &kString}, {"extensions", &kTextureExtensions}};
 constexpr Schema kTexture = object(kTextureFields);
 
 // materials
@@ -90,11 +91,16 @@ constexpr Field kTransformFields[] = {
 constexpr Schema kTransform = object(kTransformFields);
 constexpr Field kInfoExtensionFields[] = {{"KHR_texture_transform", &kTransform}};
 constexpr Schema kInfoExtensions = object(kInfoExtensionFields);
-constexpr Field kInfoFields[] = {{"index", &kIndex, true}, {"texCoord", &kIndex},  {"scale", &kNumber},
-                                 {"strength", &kUnit},     {"extensions", &kInfoExtensions}};
+constexpr Field kInfoFields[] = {{"index", &kIndex, true},
+                                 {"texCoord", &kIndex},
+                                 {"scale", &kNumber},
+                                 {"strength", &kUnit},
+                                 {"extensions", &kInfoExtensions}};
 constexpr Schema kInfo = object(kInfoFields);
-constexpr Field kPbrFields[] = {{"baseColorFactor", &kUnitVec4}, {"baseColorTexture", &kInfo},
-                                {"metallicFactor", &kUnit},      {"roughnessFactor", &kUnit},
+constexpr Field kPbrFields[] = {{"baseColorFactor", &kUnitVec4},
+                                {"baseColorTexture", &kInfo},
+                                {"metallicFactor", &kUnit},
+                                {"roughnessFactor", &kUnit},
                                 {"metallicRoughnessTexture", &kInfo}};
 constexpr Schema kPbr = object(kPbrFields);
 constexpr Field kStrengthFields[] = {{"emissiveStrength", &kNonNegative}};
@@ -121,22 +127,17 @@ constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_emissive_strength"
                                               {"KHR_materials_unlit", &kObject}};
 constexpr Schema kMaterialExtensions{
     .kind = Kind::object, .fields = kMaterialExtensionFields, .others = &kObject};
-constexpr Field kMaterialFields[] = {{"name", &kString},
-                                     {"pbrMetallicRoughness", &kPbr},
-                                     {"normalTexture", &kInfo},
-                                     {"occlusionTexture", &kInfo},
-                                     {"emissiveTexture", &kInfo},
-                                     {"emissiveFactor", &kUnitVec3},
-                                     {"alphaMode", &kString},
-                                     {"alphaCutoff", &kNonNegative},
-                                     {"doubleSided", &kBoolean},
-                                     {"extensions", &kMaterialExtensions}};
+constexpr Field kMaterialFields[] = {{"name", &kString},          {"pbrMetallicRoughness", &kPbr},
+                                     {"normalTexture", &kInfo},   {"occlusionTexture", &kInfo},
+                                     {"emissiveTexture", &kInfo}, {"emissiveFactor", &kUnitVec3},
+                                     {"alphaMode", &kString},     {"alphaCutoff", &kNonNegative},
+                                     {"doubleSided", &kBoolean},  {"extensions", &kMaterialExtensions}};
 constexpr Schema kMaterial = object(kMaterialFields);
 
 // meshes
-constexpr Field kPrimitiveFields[] = {{"attributes", &kIndexMap, true}, {"indices", &kIndex},
-                                      {"material", &kIndex},            {"mode", &kIndex},
-                                      {"targets", &kIndexMaps},         {"extensions", &kObject}};
+constexpr Field kPrimitiveFields[] = {
+    {"attributes", &kIndexMap, true}, {"indices", &kIndex},    {"material", &kIndex}, {"mode", &kIndex},
+    {"targets", &kIndexMaps},         {"extensions", &kObject}};
 constexpr Schema kPrimitive = object(kPrimitiveFields);
 constexpr Schema kPrimitives{.kind = Kind::array, .items = &kPrimitive, .min_items = 1};
 constexpr Field kMeshFields[] = {
@@ -144,11 +145,15 @@ constexpr Field kMeshFields[] = {
 constexpr Schema kMesh = object(kMeshFields);
 
 // cameras and lights
-constexpr Field kPerspectiveFields[] = {
-    {"aspectRatio", &kNonNegative}, {"yfov", &kNonNegative, true}, {"zfar", &kNonNegative}, {"znear", &kNonNegative, true}};
+constexpr Field kPerspectiveFields[] = {{"aspectRatio", &kNonNegative},
+                                        {"yfov", &kNonNegative, true},
+                                        {"zfar", &kNonNegative},
+                                        {"znear", &kNonNegative, true}};
 constexpr Schema kPerspective = object(kPerspectiveFields);
-constexpr Field kOrthographicFields[] = {
-    {"xmag", &kNumber, true}, {"ymag", &kNumber, true}, {"zfar", &kNonNegative, true}, {"znear", &kNonNegative, true}};
+constexpr Field kOrthographicFields[] = {{"xmag", &kNumber, true},
+                                         {"ymag", &kNumber, true},
+                                         {"zfar", &kNonNegative, true},
+                                         {"znear", &kNonNegative, true}};
 constexpr Schema kOrthographic = object(kOrthographicFields);
 constexpr Field kCameraFields[] = {{"type", &kString, true},
                                    {"perspective", &kPerspective},
@@ -158,8 +163,8 @@ constexpr Field kCameraFields[] = {{"type", &kString, true},
 constexpr Schema kCamera = object(kCameraFields);
 constexpr Field kSpotFields[] = {{"innerConeAngle", &kNonNegative}, {"outerConeAngle", &kNonNegative}};
 constexpr Schema kSpot = object(kSpotFields);
-constexpr Field kLightFields[] = {{"type", &kString, true}, {"color", &kColor3},     {"intensity", &kNonNegative},
-                                  {"range", &kNonNegative}, {"spot", &kSpot},        {"name", &kString},
+constexpr Field kLightFields[] = {{"type", &kString, true}, {"color", &kColor3}, {"intensity", &kNonNegative},
+                                  {"range", &kNonNegative}, {"spot", &kSpot},    {"name", &kString},
                                   {"extensions", &kObject}};
 constexpr Schema kLight = object(kLightFields);
 constexpr Schema kLights = list(kLight);
@@ -174,10 +179,17 @@ constexpr Schema kInstancing = object(kInstancingFields);
 constexpr Field kNodeExtensionFields[] = {{"KHR_lights_punctual", &kLightReference},
                                           {"EXT_mesh_gpu_instancing", &kInstancing}};
 constexpr Schema kNodeExtensions{.kind = Kind::object, .fields = kNodeExtensionFields, .others = &kObject};
-constexpr Field kNodeFields[] = {{"name", &kString},      {"camera", &kIndex},     {"mesh", &kIndex},
-                                 {"skin", &kIndex},       {"children", &kIndices}, {"matrix", &kMatrix},
-                                 {"translation", &kVec3}, {"rotation", &kVec4},    {"scale", &kVec3},
-                                 {"weights", &kNumbers},  {"extensions", &kNodeExtensions}};
+constexpr Field kNodeFields[] = {{"name", &kString},
+                                 {"camera", &kIndex},
+                                 {"mesh", &kIndex},
+                                 {"skin", &kIndex},
+                                 {"children", &kIndices},
+                                 {"matrix", &kMatrix},
+                                 {"translation", &kVec3},
+                                 {"rotation", &kVec4},
+                                 {"scale", &kVec3},
+                                 {"weights", &kNumbers},
+                                 {"extensions", &kNodeExtensions}};
 constexpr Schema kNode{.kind = Kind::object, .role = Role::node, .fields = kNodeFields};
 constexpr Field kSceneFields[] = {{"nodes", &kIndices}, {"name", &kString}, {"extensions", &kObject}};
 constexpr Schema kScene = object(kSceneFields);
@@ -190,24 +202,15 @@ constexpr Schema kBuffers = list(kBuffer), kViews = list(kView), kAccessors = li
                  kImages = list(kImage), kSamplers = list(kSampler), kTextures = list(kTexture),
                  kMaterials = list(kMaterial), kMeshes = list(kMesh), kCameras = list(kCamera),
                  kNodes = list(kNode), kScenes = list(kScene);
-constexpr Field kRootFields[] = {{"asset", &kAsset, true},
-                                 {"scene", &kIndex},
-                                 {"extensionsUsed", &kStrings},
-                                 {"extensionsRequired", &kRequiredList},
-                                 {"buffers", &kBuffers},
-                                 {"bufferViews", &kViews},
-                                 {"accessors", &kAccessors},
-                                 {"images", &kImages},
-                                 {"samplers", &kSamplers},
-                                 {"textures", &kTextures},
-                                 {"materials", &kMaterials},
-                                 {"meshes", &kMeshes},
-                                 {"cameras", &kCameras},
-                                 {"nodes", &kNodes},
-                                 {"scenes", &kScenes},
-                                 {"skins", &kObjects},
-                                 {"animations", &kObjects},
-                                 {"extensions", &kRootExtensions}};
+constexpr Field kRootFields[] = {{"asset", &kAsset, true},      {"scene", &kIndex},
+                                 {"extensionsUsed", &kStrings}, {"extensionsRequired", &kRequiredList},
+                                 {"buffers", &kBuffers},        {"bufferViews", &kViews},
+                                 {"accessors", &kAccessors},    {"images", &kImages},
+                                 {"samplers", &kSamplers},      {"textures", &kTextures},
+                                 {"materials", &kMaterials},    {"meshes", &kMeshes},
+                                 {"cameras", &kCameras},        {"nodes", &kNodes},
+                                 {"scenes", &kScenes},          {"skins", &kObjects},
+                                 {"animations", &kObjects},     {"extensions", &kRootExtensions}};
 constexpr Schema kRoot = object(kRootFields);
 
 }  // namespace

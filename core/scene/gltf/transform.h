@@ -1,10 +1,9 @@
 #pragma once
 
-#include <string>
-
 #include <tiny_gltf.h>
 
 #include <glm/mat4x4.hpp>
+#include <string>
 
 #include "core/base/result.h"
 #include "core/math/types.h"

@@ -1,10 +1,10 @@
 #pragma once
 
+#include <tiny_gltf.h>
+
 #include <cstddef>
 #include <string>
 #include <vector>
-
-#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 #include "core/scene/scene.h"

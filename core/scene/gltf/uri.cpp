@@ -69,9 +69,8 @@ Result<std::string> percent_decode(std::string_view uri, const std::string& wher
 }
 
 Result<std::string> check_relative_path(std::string path, const std::string& where) {
-  const bool control = std::any_of(path.begin(), path.end(), [](char c) {
-    return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
-  });
+  const bool control = std::any_of(path.begin(), path.end(),
+                                   [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
   if (path.empty() || control || path.find_first_of("\\:") != std::string::npos || has_bad_segment(path)) {
     return invalid_input("URI is not a plain relative path inside the upload", where);
   }

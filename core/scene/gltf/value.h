@@ -1,9 +1,9 @@
 #pragma once
 
+#include <tiny_gltf.h>
+
 #include <string>
 #include <vector>
-
-#include <tiny_gltf.h>
 
 namespace photond::gltf {
 
