@@ -30,9 +30,11 @@ void move_to_world(Mesh& mesh, const Affine& m) {
 void place_single_meshes(Scene& scene) {
   const std::vector<std::uint32_t> uses = mesh_uses(scene);
   for (Instance& instance : scene.instances) {
-    if (uses[instance.mesh] != 1 || instance.to_world == Affine(1)) continue;
+    instance.moved = instance.to_world != Affine(1);
+    if (uses[instance.mesh] != 1 || !instance.moved) continue;
     move_to_world(scene.meshes[instance.mesh], instance.to_world);
     instance.to_world = Affine(1);
+    instance.moved = false;
   }
 }
 

@@ -74,7 +74,8 @@ Vec3 front_shading_normal(const Scene& scene, const SurfacePoint& s, const Vec3&
   Vec3 n = front_ng;
   if (!s.mesh->normals.empty()) {
     const Vec3 interpolated = interpolate(s.mesh->normals, s.vertices, s.u, s.v);
-    n = transform_normal(scene.instances[s.instance].to_world, interpolated);
+    const Instance& placed = scene.instances[s.instance];
+    n = placed.moved ? transform_normal(placed.to_world, interpolated) : interpolated;
     const float length = glm::length(n);
     n = length > 0 && is_finite(n) ? n / length : front_ng;
   }
@@ -99,6 +100,7 @@ TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, s
   const Instance& placed = scene.instances[instance];
   const Mesh& mesh = scene.meshes[placed.mesh];
   const glm::uvec3 i = mesh.triangles[triangle];
+  if (!placed.moved) return {mesh.positions[i.x], mesh.positions[i.y], mesh.positions[i.z], false};
   const Affine& m = placed.to_world;
   TriangleVertices world;
   world.a = transform_point(m, mesh.positions[i.x]);
@@ -146,6 +148,22 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
     s.ns = visible_normal(s.front ? front_ns : -front_ns, s.ng, -ray.direction);
   }
   return s;
+}
+
+void prefetch_triangle(const Scene& scene, const Hit& hit) {
+  if (!hit.found()) return;
+  const Mesh& mesh = scene.meshes[scene.instances[hit.instance].mesh];
+  __builtin_prefetch(&mesh.triangles[hit.triangle]);
+}
+
+void prefetch_vertices(const Scene& scene, const Hit& hit) {
+  if (!hit.found()) return;
+  const Mesh& mesh = scene.meshes[scene.instances[hit.instance].mesh];
+  const glm::uvec3 vertices = mesh.triangles[hit.triangle];
+  for (int k = 0; k < 3; ++k) {
+    __builtin_prefetch(&mesh.positions[vertices[k]]);
+    if (!mesh.normals.empty()) __builtin_prefetch(&mesh.normals[vertices[k]]);
+  }
 }
 
 Vec3 spawn_point(const Vec3& position, const Vec3& ng, float extent, const Vec3& direction) {

@@ -7,19 +7,19 @@ namespace photond {
 
 /// A point on a surface with what shading needs; made from a hit, valid while its scene lives.
 struct SurfacePoint {
-  Vec3 position{0};
-  Vec3 ng{0, 0, 1};           ///< unit geometric normal on the side the ray came from
-  Vec3 ns{0, 0, 1};           ///< unit shading normal on the same side as ng
+  Vec3 position;
+  Vec3 ng;                    ///< unit geometric normal on the side the ray came from
+  Vec3 ns;                    ///< unit shading normal on the same side as ng
+  float extent;               ///< largest |coordinate| of the triangle: what floating point resolves here
+  float u;                    ///< barycentric, as in Hit
+  float v;
+  std::uint32_t instance;
+  std::uint32_t triangle;
+  glm::uvec3 vertices;        ///< indices into the mesh's attributes
+  const Mesh* mesh;
+  const Material* material;
   bool front = true;          ///< the ray came from the front face
   bool smooth = false;        ///< ns may differ from ng
-  float extent = 0;           ///< largest |coordinate| of the triangle: what floating point resolves here
-  float u = 0;                ///< barycentric, as in Hit
-  float v = 0;
-  const Mesh* mesh = nullptr;
-  const Material* material = nullptr;
-  glm::uvec3 vertices{0};     ///< indices into the mesh's attributes
-  std::uint32_t instance = 0;
-  std::uint32_t triangle = 0;
 };
 
 /// World-space vertices of a placed triangle, wound so that their cross product is the front normal even where
@@ -35,6 +35,11 @@ Vec3 unit_normal(const Vec3& ab, const Vec3& ac);
 
 /// The surface where `ray` meets the scene. `hit` must be found.
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
+
+/// Asks the cache for what make_surface will read of a hit: first the triangle's indices, then (when those have
+/// arrived) its vertices. Nothing else happens; a hit not found is ignored.
+void prefetch_triangle(const Scene& scene, const Hit& hit);
+void prefetch_vertices(const Scene& scene, const Hit& hit);
 
 /// A point safely off the surface on the side of `direction`, for rays that start there. The distance scales
 /// with the coordinates: about eight units in the last place of the largest vertex coordinate.

@@ -65,6 +65,8 @@ struct Plane {
   explicit Plane(const Material& material, bool front = true) {
     scene = test::empty_scene();
     test::add_mesh(scene, test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::add_material(scene, material));
+    surface.ng = surface.ns = {0, 0, 1};
+    surface.u = surface.v = 0;
     surface.front = front;
     surface.mesh = &scene.meshes[0];
     surface.material = &scene.materials[0];

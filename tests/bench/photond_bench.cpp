@@ -1,0 +1,154 @@
+// What tracing photons costs beside intersecting their rays, and what a map costs to index and to query.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+
+#include "core/photon/estimate.h"
+#include "core/photon/shoot.h"
+#include "core/scene/gltf.h"
+
+namespace photond {
+namespace {
+
+constexpr std::uint64_t kBlock = 2048;
+
+double seconds(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+Result<std::shared_ptr<const PreparedScene>> load(const std::filesystem::path& path, const Execution& execution) {
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<char> chars{std::istreambuf_iterator<char>(file), {}};
+  auto scene = read_gltf(std::as_bytes(std::span(chars)), no_resources());
+  if (!scene) return scene.error();
+  return prepare(std::move(scene).value(), execution);
+}
+
+struct Row {
+  std::vector<double> shoot, bare, ratio, index, query;
+  std::uint64_t rays = 0;
+  std::uint32_t photons = 0;
+  double bytes_per_photon = 0;
+};
+
+// The recorded rays of a pass, block by block as they were traced.
+std::vector<std::vector<Ray>> record(const PreparedScene& scene, const MapKey& key, const Execution& execution) {
+  std::vector<std::vector<Ray>> rays((key.settings.photons_per_pass + kBlock - 1) / kBlock);
+  parallel_for(execution, rays.size(), 1,
+               [&](std::size_t i) { shoot(scene, key, i * kBlock, (i + 1) * kBlock, &rays[i]); });
+  return rays;
+}
+
+double bare_intersection(const PreparedScene& scene, const std::vector<std::vector<Ray>>& rays,
+                         const Execution& execution) {
+  std::vector<float> sums(rays.size(), 0);  // keeps the compiler from dropping the work
+  const double time = seconds([&] {
+    parallel_for(execution, rays.size(), 1, [&](std::size_t i) {
+      for (const Ray& ray : rays[i]) sums[i] += scene.accel.intersect(ray).u;
+    });
+  });
+  return std::isfinite(sums[0]) ? time : 0;
+}
+
+double shooting(const PreparedScene& scene, const MapKey& key, std::size_t blocks, const Execution& execution) {
+  return seconds([&] {
+    parallel_for(execution, blocks, 1, [&](std::size_t i) { shoot(scene, key, i * kBlock, (i + 1) * kBlock); });
+  });
+}
+
+// Fixed-radius visits of about thirty photons each around photons of the map, per second.
+double queries_per_second(const PhotonMaps& maps, const Execution& execution) {
+  const PhotonMap& map = maps.global.size() > maps.caustic.size() ? maps.global : maps.caustic;
+  if (map.size() < 100) return 0;
+  constexpr std::size_t kQueries = 50'000;
+  std::vector<float> sums(kQueries, 0);
+  const double time = seconds([&] {
+    parallel_for(execution, kQueries, 256, [&](std::size_t i) {
+      const Vec3 center = map.tree().point(static_cast<std::uint32_t>(mix64(i) % map.size()));
+      const float radius_sq = nearest_radius_sq(map, center, 30, kInfinity);
+      map.tree().query(center, radius_sq, [&](std::uint32_t p, float d_sq, float&) { sums[i] += map.flux(p).x * d_sq; });
+    });
+  });
+  return kQueries / time;
+}
+
+Row measure(const PreparedScene& scene, std::uint32_t photons, int rounds, const Execution& execution) {
+  MapKey key{scene.digest, {}, 0};
+  key.settings.photons_per_pass = photons / kBlock * kBlock;
+  const auto rays = record(scene, key, execution);
+  Row row;
+  for (const auto& block : rays) row.rays += block.size();
+  for (int round = 0; round < rounds; ++round) {
+    // Interleaved, so that a noisy neighbour hits both.
+    const double bare = bare_intersection(scene, rays, execution);
+    const double shot = shooting(scene, key, rays.size(), execution);
+    const double built = seconds([&] { (void)build_photon_maps(scene, key, execution); });
+    row.bare.push_back(static_cast<double>(row.rays) / bare / 1e6);
+    row.shoot.push_back(static_cast<double>(row.rays) / shot / 1e6);
+    row.ratio.push_back(bare / shot);
+    row.index.push_back(std::max(0.0, built - shot) / shot);
+  }
+  const auto maps = build_photon_maps(scene, key, execution);
+  row.photons = (*maps)->global.size() + (*maps)->caustic.size();
+  row.bytes_per_photon = static_cast<double>((*maps)->memory_bytes) / std::max(1u, row.photons);
+  for (int round = 0; round < rounds; ++round) row.query.push_back(queries_per_second(**maps, execution) / 1e6);
+  return row;
+}
+
+std::vector<std::filesystem::path> samples() {
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(PHOTOND_SAMPLES_DIR)) {
+    if (entry.path().extension() == ".glb") paths.push_back(entry.path());
+  }
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+}  // namespace
+}  // namespace photond
+
+int main(int argc, char** argv) {
+  using namespace photond;
+  CLI::App app{"Photon tracing against bare rtcIntersect1 on the rays of the same run (medians of interleaved rounds)"};
+  std::vector<std::string> scenes;
+  std::uint32_t photons = 262'144;
+  int rounds = 7;
+  int threads = 0;
+  app.add_option("scenes", scenes, "GLB files; default: the samples");
+  app.add_option("--photons", photons, "paths emitted per round")->check(CLI::Range(2048, 100'000'000));
+  app.add_option("--rounds", rounds)->check(CLI::Range(1, 1000));
+  app.add_option("--threads", threads)->check(CLI::Range(0, 1024));
+  CLI11_PARSE(app, argc, argv);
+  std::vector<std::filesystem::path> paths(scenes.begin(), scenes.end());
+  if (paths.empty()) paths = samples();
+
+  const Workers workers(threads);
+  std::printf("%-18s %10s %10s %7s %10s %9s %8s %8s\n", "scene", "shoot", "bare", "ratio", "index/", "gather", "photons",
+              "bytes/");
+  std::printf("%-18s %10s %10s %7s %10s %9s %8s %8s\n", "", "Mrays/s", "Mrays/s", "", "shoot", "Mquery/s", "stored",
+              "photon");
+  for (const auto& path : paths) {
+    const auto scene = load(path, workers.execution());
+    if (!scene) {
+      std::fprintf(stderr, "%s: %s\n", path.c_str(), scene.error().message.c_str());
+      return 1;
+    }
+    const Row row = measure(**scene, photons, rounds, workers.execution());
+    std::printf("%-18s %10.2f %10.2f %7.2f %10.2f %9.2f %8u %8.1f\n", path.stem().c_str(), median(row.shoot),
+                median(row.bare), median(row.ratio), median(row.index), median(row.query), row.photons,
+                row.bytes_per_photon);
+  }
+  return 0;
+}
