@@ -9,7 +9,7 @@ const job_message = {
   stop: { seconds: 45, relative_error: 0.02 },
   label: 'demo',
 };
-const preferred = 'glass_spheres'; // caustics: what photon maps are for
+const preferred = 'glass_and_mirror'; // caustics: what photon maps are for
 
 class DemoError extends Error {}
 
