@@ -1,0 +1,108 @@
+#include "core/film/encode.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/film/decode.h"
+#include "core/film/png_chunks.h"
+
+namespace photond {
+namespace {
+
+Image gradient() {
+  Image image(33, 17);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) image.at(x, y) = {x / 32.0f, y / 16.0f, 1e4f * (x + y)};
+  }
+  return image;
+}
+
+std::vector<std::byte> encoded(const Image& image, ImageFormat format, float exposure = 0) {
+  Result<std::vector<std::byte>> bytes = encode(image, format, {exposure});
+  EXPECT_TRUE(bytes.ok()) << bytes.error().message;
+  return bytes ? *bytes : std::vector<std::byte>{};
+}
+
+TEST(Encode, FloatExrKeepsEveryBit) {
+  const Image image = gradient();
+  const Result<Image> back = decode_exr(encoded(image, ImageFormat::exr_float));
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(back->width, image.width);
+  EXPECT_EQ(back->height, image.height);
+  EXPECT_EQ(back->pixels, image.pixels);
+}
+
+TEST(Encode, HalfExrRoundsAndStaysFinite) {
+  const Image image = gradient();
+  const Result<Image> back = decode_exr(encoded(image, ImageFormat::exr_half));
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  // A half has 11 significant bits; values beyond its range become the largest.
+  EXPECT_NEAR(back->at(5, 0).r, image.at(5, 0).r, image.at(5, 0).r / 2048);
+  EXPECT_EQ(back->at(32, 16).b, 65504);
+}
+
+TEST(Encode, PngIsSrgbWithTheFirstRowOnTop) {
+  Image image(3, 2);
+  image.pixels = {Rgb(0), Rgb(0.5f), Rgb(7), Rgb(1, 0, 0), Rgb(0.0031308f), Rgb(std::nanf(""))};
+  const Result<DecodedPixels> png = decode_pixels(encoded(image, ImageFormat::png));
+  ASSERT_TRUE(png.ok()) << png.error().message;
+  const std::vector<std::uint8_t> expected = {0,   0, 0, 255, 188, 188, 188, 255, 255, 255, 255, 255,
+                                              255, 0, 0, 255, 10,  10,  10,  255, 0,   0,   0,   255};
+  EXPECT_EQ(png->u8, expected);
+}
+
+TEST(Encode, ExposureDoublesTheLightPerStop) {
+  Image image(1, 1);
+  image.pixels = {Rgb(0.25f)};
+  const Result<DecodedPixels> png = decode_pixels(encoded(image, ImageFormat::png, 1));
+  ASSERT_TRUE(png.ok());
+  EXPECT_EQ(png->u8[0], 188);
+}
+
+TEST(Encode, JpegIsCloseToThePicture) {
+  Image image(64, 64);
+  image.pixels.assign(image.pixels.size(), Rgb(0.5f, 0.2f, 0.1f));
+  const std::vector<std::byte> bytes = encoded(image, ImageFormat::jpeg);
+  const Result<DecodedPixels> jpeg = decode_pixels(bytes);
+  ASSERT_TRUE(jpeg.ok()) << jpeg.error().message;
+  const Result<DecodedPixels> png = decode_pixels(encoded(image, ImageFormat::png));
+  ASSERT_TRUE(png.ok());
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(jpeg->u8[c], png->u8[c], 3);
+}
+
+TEST(Encode, RefusesAnEmptyPicture) { EXPECT_FALSE(encode(Image(), ImageFormat::png).ok()); }
+
+TEST(Decode, ReadsTheHeaderBeforeThePixels) {
+  const std::vector<std::byte> png = encoded(gradient(), ImageFormat::png);
+  const Result<DecodedPixels> wide = decode_pixels(png, {.max_side = 32});
+  ASSERT_FALSE(wide.ok());
+  EXPECT_EQ(wide.error().code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(decode_pixels(png, {.max_pixels = 33 * 17 - 1}).error().code, ErrorCode::limit_exceeded);
+  EXPECT_TRUE(decode_pixels(png, {.max_side = 33, .max_pixels = 33 * 17}).ok());
+}
+
+TEST(Decode, RefusesOtherFormatsAndCorruptFiles) {
+  EXPECT_EQ(decode_pixels(encoded(gradient(), ImageFormat::exr_float)).error().code, ErrorCode::unsupported);
+  EXPECT_FALSE(decode_pixels({}).ok());
+  for (ImageFormat format : {ImageFormat::png, ImageFormat::jpeg}) {
+    std::vector<std::byte> bytes = encoded(gradient(), format);
+    bytes.resize(16);
+    EXPECT_FALSE(decode_pixels(bytes).ok());
+  }
+  EXPECT_FALSE(decode_exr({}).ok());
+}
+
+TEST(Decode, DropsPngChunksThatDoNotMakePixels) {
+  const std::vector<std::byte> png = encoded(gradient(), ImageFormat::png);
+  const Result<std::vector<std::byte>> kept = keep_pixel_chunks(png);
+  ASSERT_TRUE(kept.ok());
+  EXPECT_LE(kept->size(), png.size());
+  // A second time there is nothing left to drop.
+  const Result<std::vector<std::byte>> again = keep_pixel_chunks(*kept);
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(*again, *kept);
+}
+
+}  // namespace
+}  // namespace photond

@@ -1,0 +1,392 @@
+#include "core/scene/gltf.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/glb.h"
+
+namespace photond {
+namespace {
+
+using nlohmann::json;
+using test::GlbDraft;
+using testing::Contains;
+using testing::HasSubstr;
+
+constexpr int kByte = 5120, kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
+
+Scene read(const GlbDraft& draft) {
+  Result<Scene> scene = read_gltf(draft.pack(), no_resources());
+  EXPECT_TRUE(scene.ok()) << scene.error().where << ": " << scene.error().message;
+  return scene ? std::move(*scene) : Scene{};
+}
+
+Error refusal(const GlbDraft& draft, const SceneLimits& limits = {}) {
+  const Result<Scene> scene = read_gltf(draft.pack(), no_resources(), limits);
+  EXPECT_FALSE(scene.ok());
+  return scene ? Error{} : scene.error();
+}
+
+json& primitive(GlbDraft& draft) { return draft.json["meshes"][0]["primitives"][0]; }
+
+TEST(Gltf, ReadsATriangleAndStatesItsDefaults) {
+  const Scene scene = read(GlbDraft());
+  ASSERT_EQ(scene.meshes.size(), 1u);
+  EXPECT_EQ(scene.meshes[0].positions[1], Vec3(1, 0, 0));
+  EXPECT_EQ(scene.meshes[0].triangles, std::vector<glm::uvec3>({{0, 1, 2}}));
+  EXPECT_TRUE(scene.meshes[0].normals.empty());
+  EXPECT_EQ(scene.materials[scene.meshes[0].material].name, "default");
+  EXPECT_EQ(scene.environment.radiance, Rgb(1));
+  ASSERT_EQ(scene.cameras.size(), 1u);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("default camera")));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("environment")));
+}
+
+TEST(Gltf, DefaultCameraSeesTheWholeBounds) {
+  const Scene scene = read(GlbDraft());
+  const Camera& camera = scene.cameras[0];
+  for (const Vec3& p : scene.meshes[0].positions) {
+    const Vec3 v = glm::transpose(glm::mat3(camera.to_world)) * (p - camera.to_world[3]);
+    ASSERT_LT(v.z, 0);
+    EXPECT_LT(std::abs(v.y / v.z), std::tan(0.5f * camera.yfov));
+    EXPECT_LT(std::abs(v.x / v.z), std::tan(0.5f * camera.yfov));
+  }
+}
+
+TEST(Gltf, ComposesNodeTransforms) {
+  GlbDraft draft;
+  const double half = std::sqrt(0.5);
+  draft.json["nodes"] = json::array({{{"children", {1}}, {"translation", {10, 0, 0}}},
+                                     {{"mesh", 0}, {"rotation", {0, 0, half, half}}, {"scale", {2, 3, 4}}}});
+  const Scene scene = read(draft);
+  // Scaled by 2 along x, turned by 90° about z onto y, moved.
+  EXPECT_LT(glm::length(transform_point(scene.instances[0].to_world, {1, 0, 0}) - Vec3(10, 2, 0)), 1e-6f);
+  EXPECT_LT(glm::length(transform_point(scene.instances[0].to_world, {0, 1, 0}) - Vec3(7, 0, 0)), 1e-6f);
+}
+
+TEST(Gltf, SharesTheMeshBetweenInstances) {
+  GlbDraft draft;
+  draft.json["nodes"] = json::array({{{"mesh", 0}}, {{"mesh", 0}, {"translation", {1, 2, 3}}}});
+  draft.json["scenes"][0]["nodes"] = {0, 1};
+  const Scene scene = read(draft);
+  EXPECT_EQ(scene.meshes.size(), 1u);
+  ASSERT_EQ(scene.instances.size(), 2u);
+  EXPECT_EQ(scene.instances[1].to_world[3], Vec3(1, 2, 3));
+}
+
+TEST(Gltf, ReadsGpuInstancing) {
+  GlbDraft draft;
+  const int places = draft.add_accessor<float>({0, 0, 0, 5, 6, 7}, kFloat, "VEC3", 3);
+  draft.json["extensionsUsed"] = draft.json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
+  draft.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
+  const Scene scene = read(draft);
+  ASSERT_EQ(scene.instances.size(), 2u);
+  EXPECT_EQ(scene.instances[1].to_world[3], Vec3(5, 6, 7));
+}
+
+TEST(Gltf, ReadsStripsAndFans) {
+  for (const auto& [mode, expected] :
+       {std::pair<int, std::vector<glm::uvec3>>{5, {{0, 1, 2}, {1, 3, 2}}}, {6, {{1, 2, 0}, {2, 3, 0}}}}) {
+    GlbDraft draft;
+    primitive(draft)["attributes"]["POSITION"] =
+        draft.add_accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 2, 0}, kFloat, "VEC3", 3);
+    primitive(draft)["mode"] = mode;
+    EXPECT_EQ(read(draft).meshes[0].triangles, expected) << "mode " << mode;
+  }
+}
+
+TEST(Gltf, SkipsPointsAndLinesWithAWarning) {
+  GlbDraft draft;
+  json points = primitive(draft);
+  points["mode"] = 0;
+  draft.json["meshes"][0]["primitives"].push_back(points);
+  const Scene scene = read(draft);
+  EXPECT_EQ(scene.meshes.size(), 1u);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("meshes[0].primitives[1]: points")));
+}
+
+TEST(Gltf, DecodesQuantizedAndNormalizedComponents) {
+  GlbDraft draft;
+  const int normals =
+      draft.add_accessor<std::int8_t>({0, 0, 127, 0, 0, 127, 0, 0, 0, -127, 0, 0}, kByte, "VEC3", 4);
+  draft.json["accessors"][normals]["normalized"] = true;
+  draft.json["bufferViews"].back()["byteStride"] = 4;
+  const int uv = draft.add_accessor<std::uint16_t>({0, 65535, 65535, 0, 0, 0}, kUnsignedShort, "VEC2", 2);
+  draft.json["accessors"][uv]["normalized"] = true;
+  draft.json["extensionsRequired"] = draft.json["extensionsUsed"] = {"KHR_mesh_quantization"};
+  primitive(draft)["attributes"]["NORMAL"] = normals;
+  primitive(draft)["attributes"]["TEXCOORD_0"] = uv;
+  const Mesh mesh = read(draft).meshes[0];
+  EXPECT_EQ(mesh.normals, std::vector<Vec3>({{0, 0, 1}, {0, 1, 0}, {0, -1, 0}}));
+  EXPECT_EQ(mesh.uv[0], std::vector<Vec2>({{0, 1}, {1, 0}, {0, 0}}));
+}
+
+TEST(Gltf, ReadsVertexColoursAsRgba) {
+  GlbDraft draft;
+  primitive(draft)["attributes"]["COLOR_0"] =
+      draft.add_accessor<float>({1, 0, 0, 0, 0.5f, 0, 0, 0, 0.25f}, kFloat, "VEC3", 3);
+  EXPECT_EQ(read(draft).meshes[0].colors, std::vector<Vec4>({{1, 0, 0, 1}, {0, 0.5f, 0, 1}, {0, 0, 0.25f, 1}}));
+}
+
+TEST(Gltf, AppliesSparseValues) {
+  GlbDraft draft;
+  const int indices = draft.add_accessor<std::uint8_t>({2, 0, 0, 0}, kUnsignedByte, "SCALAR", 4);
+  const int values = draft.add_accessor<float>({0, 5, 0}, kFloat, "VEC3", 3);
+  const int index_view = draft.json["accessors"][indices]["bufferView"];
+  const int value_view = draft.json["accessors"][values]["bufferView"];
+  draft.json["accessors"][0]["sparse"] = {
+      {"count", 1},
+      {"indices", {{"bufferView", index_view}, {"componentType", kUnsignedByte}}},
+      {"values", {{"bufferView", value_view}}}};
+  EXPECT_EQ(read(draft).meshes[0].positions[2], Vec3(0, 5, 0));
+}
+
+TEST(Gltf, AppliesMorphWeightsOfMeshAndNode) {
+  GlbDraft draft;
+  const int target = draft.add_accessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, kFloat, "VEC3", 3);
+  primitive(draft)["targets"] = json::array({{{"POSITION", target}}});
+  draft.json["meshes"][0]["weights"] = {0.5};
+  draft.json["nodes"] = json::array({{{"mesh", 0}}, {{"mesh", 0}, {"weights", {2}}}});
+  draft.json["scenes"][0]["nodes"] = {0, 1};
+  const Scene scene = read(draft);
+  ASSERT_EQ(scene.meshes.size(), 2u);
+  EXPECT_FLOAT_EQ(scene.meshes[0].positions[0].z, 0.5f);
+  EXPECT_FLOAT_EQ(scene.meshes[1].positions[0].z, 2);
+}
+
+TEST(Gltf, DropsAndCountsDegenerateTriangles) {
+  GlbDraft draft;
+  primitive(draft)["indices"] =
+      draft.add_accessor<std::uint32_t>({0, 1, 2, 0, 1, 1, 2, 2, 2}, kUnsignedInt, "SCALAR", 1);
+  const Scene scene = read(draft);
+  EXPECT_EQ(scene.meshes[0].triangles.size(), 1u);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("2 degenerate triangles")));
+}
+
+TEST(Gltf, ReadsMaterialExtensions) {
+  GlbDraft draft;
+  draft.json["materials"] = json::array({json::parse(R"({
+    "name": "m", "alphaMode": "MASK", "alphaCutoff": 0.25, "doubleSided": true, "emissiveFactor": [1, 0.5, 0],
+    "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.6},
+    "extensions": {
+      "KHR_materials_emissive_strength": {"emissiveStrength": 10},
+      "KHR_materials_ior": {"ior": 1.33},
+      "KHR_materials_specular": {"specularFactor": 0.7, "specularColorFactor": [1, 2, 3]},
+      "KHR_materials_transmission": {"transmissionFactor": 0.8},
+      "KHR_materials_volume": {"thicknessFactor": 2, "attenuationDistance": 3, "attenuationColor": [0.9, 0.8, 0.7]},
+      "KHR_materials_sheen": {}}})")});
+  primitive(draft)["material"] = 0;
+  const Scene scene = read(draft);
+  const Material& m = scene.materials[0];
+  EXPECT_EQ(m.base_color, Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_FLOAT_EQ(m.alpha, 0.4f);
+  EXPECT_FLOAT_EQ(m.metallic, 0.5f);
+  EXPECT_FLOAT_EQ(m.roughness, 0.6f);
+  EXPECT_EQ(m.emission, Rgb(10, 5, 0));
+  EXPECT_EQ(m.alpha_mode, AlphaMode::mask);
+  EXPECT_FLOAT_EQ(m.alpha_cutoff, 0.25f);
+  EXPECT_TRUE(m.double_sided);
+  EXPECT_FLOAT_EQ(m.ior, 1.33f);
+  EXPECT_FLOAT_EQ(m.specular, 0.7f);
+  EXPECT_EQ(m.specular_color, Rgb(1, 2, 3));
+  EXPECT_FLOAT_EQ(m.transmission, 0.8f);
+  EXPECT_FALSE(m.thin_walled);
+  EXPECT_FLOAT_EQ(m.attenuation_distance, 3);
+  EXPECT_EQ(m.attenuation_color, Rgb(0.9f, 0.8f, 0.7f));
+  EXPECT_THAT(scene.warnings, Contains("materials[0]: KHR_materials_sheen ignored"));
+  EXPECT_FALSE(scene.environment.active());
+}
+
+TEST(Gltf, ReadsLightsInTheWorld) {
+  GlbDraft draft;
+  draft.json["extensionsUsed"] = {"KHR_lights_punctual"};
+  draft.json["extensions"]["KHR_lights_punctual"]["lights"] =
+      json::array({{{"type", "spot"},
+                    {"color", {1, 0.5, 0}},
+                    {"intensity", 8},
+                    {"spot", {{"innerConeAngle", 0.1}, {"outerConeAngle", 0.6}}}},
+                   {{"type", "directional"}},
+                   {{"type", "point"}, {"name", "bulb"}}});
+  const double half = std::sqrt(0.5);
+  for (int light = 0; light < 3; ++light) {
+    draft.json["nodes"].push_back({{"translation", {1, 2, 3}},
+                                   {"rotation", {-half, 0, 0, half}},
+                                   {"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}});
+    draft.json["scenes"][0]["nodes"].push_back(light + 1);
+  }
+  const Scene scene = read(draft);
+  ASSERT_EQ(scene.lights.size(), 3u);
+  EXPECT_EQ(scene.lights[0].type, LightType::spot);
+  EXPECT_EQ(scene.lights[0].intensity, Rgb(8, 4, 0));
+  EXPECT_FLOAT_EQ(scene.lights[0].cos_inner, std::cos(0.1f));
+  EXPECT_FLOAT_EQ(scene.lights[0].cos_outer, std::cos(0.6f));
+  // −z turned by −90° about x shines down.
+  EXPECT_LT(glm::length(scene.lights[0].direction - Vec3(0, -1, 0)), 1e-6f);
+  EXPECT_EQ(scene.lights[1].type, LightType::directional);
+  EXPECT_EQ(scene.lights[2].name, "bulb");
+  EXPECT_EQ(scene.lights[2].position, Vec3(1, 2, 3));
+  EXPECT_FALSE(scene.environment.active());
+}
+
+TEST(Gltf, NamesCamerasAndMakesTheirFramesRigid) {
+  GlbDraft draft;
+  draft.json["cameras"] =
+      json::array({{{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}},
+                   {{"type", "orthographic"},
+                    {"name", "plan"},
+                    {"orthographic", {{"xmag", 3}, {"ymag", 2}, {"znear", 0}, {"zfar", 10}}}}});
+  draft.json["nodes"].push_back({{"camera", 0}, {"name", "from node"}, {"scale", {2, 3, 4}}});
+  draft.json["nodes"].push_back({{"camera", 1}});
+  draft.json["scenes"][0]["nodes"] = {0, 1, 2};
+  const Scene scene = read(draft);
+  ASSERT_EQ(scene.cameras.size(), 2u);
+  EXPECT_EQ(scene.cameras[0].name, "from node");
+  EXPECT_FLOAT_EQ(scene.cameras[0].yfov, 0.5f);
+  EXPECT_EQ(scene.cameras[0].to_world, Affine(1));
+  EXPECT_EQ(scene.cameras[1].name, "plan");
+  EXPECT_TRUE(scene.cameras[1].orthographic);
+  EXPECT_FLOAT_EQ(scene.cameras[1].ymag, 2);
+}
+
+TEST(Gltf, ReadsResourcesOfAJsonFileByCleanPath) {
+  GlbDraft draft;
+  json document = draft.json;
+  document["buffers"] = json::array({{{"byteLength", draft.bin.size()}, {"uri", "a%20b/data.bin"}}});
+  std::string asked;
+  const ResourceReader reader = [&](const std::string& path) -> Result<std::vector<std::byte>> {
+    asked = path;
+    return test::bytes_of(draft.bin + "padding");
+  };
+  const Result<Scene> scene = read_gltf(test::bytes_of(document.dump()), reader);
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(asked, "a b/data.bin");
+}
+
+TEST(Gltf, NeverAsksForAPathOutside) {
+  for (const char* uri :
+       {"../x.bin", "a/../../x.bin", "%2e%2e/x.bin", "/etc/passwd", "file:///etc/passwd",
+        "http://example.com/x.bin", "a\\..\\x.bin", "C:/x.bin", "a//b", "", "x%00.bin", "%2"}) {
+    SCOPED_TRACE(uri);
+    GlbDraft draft;
+    json document = draft.json;
+    document["buffers"] = json::array({{{"byteLength", draft.bin.size()}, {"uri", uri}}});
+    const ResourceReader reader = [&](const std::string& path) -> Result<std::vector<std::byte>> {
+      ADD_FAILURE() << "asked for " << path;
+      return test::bytes_of(draft.bin);
+    };
+    const Result<Scene> scene = read_gltf(test::bytes_of(document.dump()), reader);
+    ASSERT_FALSE(scene.ok());
+    EXPECT_THAT(scene.error().where, HasSubstr("buffers[0]"));
+  }
+}
+
+TEST(Gltf, RefusesRequiredExtensionsByName) {
+  GlbDraft draft;
+  draft.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
+  const Error error = refusal(draft);
+  EXPECT_EQ(error.code, ErrorCode::unsupported);
+  EXPECT_THAT(error.message, HasSubstr("KHR_draco_mesh_compression"));
+}
+
+TEST(Gltf, WarnsOfOptionalExtensions) {
+  GlbDraft draft;
+  draft.json["extensionsUsed"] = {"VENDOR_magic"};
+  EXPECT_THAT(read(draft).warnings, Contains(HasSubstr("VENDOR_magic ignored")));
+}
+
+struct Damage {
+  const char* pointer;
+  json value;
+  const char* where;
+};
+
+TEST(Gltf, RefusesBrokenReferencesAndValuesWithTheirPlace) {
+  const Damage damages[] = {
+      {"/scene", 5, "scene"},
+      {"/scenes/0/nodes/0", 9, "scenes[0].nodes[0]"},
+      {"/nodes/0/mesh", 3, "nodes[0].mesh"},
+      {"/nodes/0/children", {0}, "nodes[0]"},
+      {"/nodes/0/mesh", -1, "nodes[0].mesh"},
+      {"/nodes/0/mesh", "0", "nodes[0].mesh"},
+      {"/nodes/0/mesh", 0.5, "nodes[0].mesh"},
+      {"/nodes/0/scale", {1, 1}, "nodes[0].scale"},
+      {"/nodes/0/translation", {1e30, 0, 0}, "nodes[0]"},
+      {"/nodes/0/rotation", {0, 0, 0, 0}, "nodes[0].rotation"},
+      {"/meshes/0/primitives/0/material", 0, "meshes[0].primitives[0].material"},
+      {"/meshes/0/primitives/0/mode", 7, "meshes[0].primitives[0].mode"},
+      {"/meshes/0/primitives/0/attributes/POSITION", 4, "meshes[0].primitives[0].attributes.POSITION"},
+      {"/meshes/0/primitives", json::array(), "meshes[0].primitives"},
+      {"/accessors/0/count", 4, "accessors[0]"},
+      {"/accessors/0/count", 0, "accessors[0].count"},
+      {"/accessors/0/count", 1e15, "accessors[0].count"},
+      {"/accessors/0/byteOffset", 2, "accessors[0]"},
+      {"/accessors/0/componentType", 5124, "accessors[0].componentType"},
+      {"/accessors/0/bufferView", 1, "accessors[0].bufferView"},
+      {"/bufferViews/0/byteLength", 1000, "bufferViews[0]"},
+      {"/bufferViews/0/buffer", 1, "bufferViews[0].buffer"},
+      {"/asset/version", "1.0", "asset.version"}};
+  for (const Damage& damage : damages) {
+    SCOPED_TRACE(std::string(damage.pointer) + " = " + damage.value.dump());
+    GlbDraft draft;
+    draft.json[json::json_pointer(damage.pointer)] = damage.value;
+    const Error error = refusal(draft);
+    EXPECT_FALSE(error.message.empty());
+    EXPECT_EQ(error.where, damage.where);
+  }
+}
+
+TEST(Gltf, RefusesMaterialValuesOutOfRange) {
+  const Damage damages[] = {
+      {"/pbrMetallicRoughness/metallicFactor", 1.5, "materials[0].pbrMetallicRoughness.metallicFactor"},
+      {"/pbrMetallicRoughness/baseColorFactor", {1, 1, 1}, "materials[0].pbrMetallicRoughness.baseColorFactor"},
+      {"/pbrMetallicRoughness/baseColorTexture/index", 0,
+       "materials[0].pbrMetallicRoughness.baseColorTexture.index"},
+      {"/alphaMode", "GHOST", "materials[0].alphaMode"},
+      {"/emissiveFactor", {2, 0, 0}, "materials[0].emissiveFactor[0]"},
+      {"/extensions/KHR_materials_ior/ior", 0.5, "materials[0].ior"},
+      {"/extensions/KHR_materials_volume/attenuationDistance", 0,
+       "materials[0].extensions.KHR_materials_volume.attenuationDistance"}};
+  for (const Damage& damage : damages) {
+    SCOPED_TRACE(damage.pointer);
+    GlbDraft draft;
+    draft.json["materials"] = json::array({json::object()});
+    draft.json["materials"][0][json::json_pointer(damage.pointer)] = damage.value;
+    EXPECT_EQ(refusal(draft).where, damage.where);
+  }
+}
+
+TEST(Gltf, RefusesIndicesBeyondTheVertices) {
+  GlbDraft draft;
+  primitive(draft)["indices"] = draft.add_accessor<std::uint32_t>({0, 1, 3}, kUnsignedInt, "SCALAR", 1);
+  EXPECT_EQ(refusal(draft).where, "meshes[0].primitives[0].indices");
+}
+
+TEST(Gltf, RefusesPositionsThatAreNotFinite) {
+  GlbDraft draft;
+  const float nan = std::nanf("");
+  primitive(draft)["attributes"]["POSITION"] =
+      draft.add_accessor<float>({0, 0, 0, 1, 0, 0, 0, nan, 0}, kFloat, "VEC3", 3);
+  EXPECT_EQ(refusal(draft).where, "accessors[1]");
+}
+
+TEST(Gltf, RefusesWhatExceedsTheLimits) {
+  GlbDraft draft;
+  EXPECT_EQ(refusal(draft, {.max_vertices = 2}).code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(refusal(draft, {.max_triangles = 0}).code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(refusal(draft, {.max_instances = 0}).code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(refusal(draft, {.max_nodes = 0}).code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(refusal(draft, {.max_json_depth = 3}).code, ErrorCode::limit_exceeded);
+}
+
+TEST(Gltf, SurvivesLongChainsOfNodes) {
+  GlbDraft draft;
+  for (int i = 0; i < 50'000; ++i) draft.json["nodes"].push_back({{"children", {i + 2}}});
+  draft.json["nodes"].push_back({{"mesh", 0}});
+  draft.json["scenes"][0]["nodes"] = {1};
+  EXPECT_EQ(read(draft).instances.size(), 1u);
+}
+
+}  // namespace
+}  // namespace photond
