@@ -13,7 +13,7 @@ using Clock = std::chrono::steady_clock;
 
 Response no_job(const std::string& id) { return problem(404, "not_found", "there is no job " + id); }
 
-std::string job_etag(const JobRecord& job) { return "\"" + job.id + "." + std::to_string(job.version) + "\""; }
+std::string job_etag(const JobRecord& job) { return strong_etag(job.id + "." + std::to_string(job.version)); }
 
 Response job_response(const JobRecord& job, int status = 200) {
   Response response = json_response(job_message(job), status);
@@ -81,7 +81,7 @@ const char* frame_type(FrameFormat format) {
 Response bad_query(const Error& error) { return problem(400, "invalid_query", error.message, error.where); }
 
 std::string frame_etag(const std::string& id, std::uint32_t revision, const std::string& suffix) {
-  return "\"" + id + "." + std::to_string(revision) + "." + suffix + "\"";
+  return strong_etag(id + "." + std::to_string(revision) + "." + suffix);
 }
 
 Response not_modified(const std::string& etag) {

@@ -37,6 +37,14 @@ inline Result<std::chrono::milliseconds> query_wait(const Request& request) {
   return std::chrono::milliseconds(1000 * *seconds);
 }
 
+/// A strong ETag of this name: the name in quotes.
+inline std::string strong_etag(const std::string& name) {
+  std::string etag(1, '"');
+  etag += name;
+  etag += '"';
+  return etag;
+}
+
 /// Whether an If-None-Match header names `etag` (with its quotes).
 inline bool names_etag(const std::string& header, const std::string& etag) {
   return header == "*" || header.find(etag) != std::string::npos;

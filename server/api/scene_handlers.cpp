@@ -47,7 +47,7 @@ Response Api::get_scene_file(const Request& request) const {
   if (scene->media_type != "model/gltf-binary") {
     return problem(404, "not_found", "this scene was uploaded as " + scene->media_type + ", not as a GLB");
   }
-  const std::string etag = "\"" + to_hex(scene->id) + "\"";
+  const std::string etag = strong_etag(to_hex(scene->id));
   Response response;
   response.headers.emplace_back("ETag", etag);
   response.headers.emplace_back("Cache-Control", "private, max-age=31536000, immutable");

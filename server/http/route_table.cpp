@@ -4,11 +4,16 @@ namespace photond {
 
 namespace {
 
-std::string_view cut_segment(std::string_view& rest) {
-  const std::size_t slash = rest.find('/');
-  const std::string_view segment = rest.substr(0, slash);
-  rest = slash == std::string_view::npos ? std::string_view() : rest.substr(slash + 1);
-  return segment;
+/// What stands between the slashes; a trailing slash has an empty segment behind it.
+std::vector<std::string_view> segments_of(std::string_view path) {
+  std::vector<std::string_view> segments;
+  while (path.starts_with('/')) {
+    path.remove_prefix(1);
+    const std::size_t slash = path.find('/');
+    segments.push_back(path.substr(0, slash));
+    path = slash == std::string_view::npos ? std::string_view() : path.substr(slash);
+  }
+  return segments;
 }
 
 bool match_segment(std::string_view pattern, std::string_view text, std::vector<std::string>& values) {
@@ -23,14 +28,12 @@ bool match_segment(std::string_view pattern, std::string_view text, std::vector<
 }  // namespace
 
 std::optional<std::vector<std::string>> match_path(std::string_view pattern, std::string_view path) {
+  const std::vector<std::string_view> wanted = segments_of(pattern);
+  const std::vector<std::string_view> given = segments_of(path);
+  if (wanted.size() != given.size()) return std::nullopt;
   std::vector<std::string> values;
-  if (!path.starts_with('/')) return std::nullopt;
-  while (!pattern.empty() || !path.empty()) {
-    if (pattern.empty() != path.empty()) return std::nullopt;
-    pattern.remove_prefix(pattern.front() == '/');
-    path.remove_prefix(path.front() == '/');
-    if (!match_segment(cut_segment(pattern), cut_segment(path), values)) return std::nullopt;
-    if (!pattern.empty() && path.empty()) return std::nullopt;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (!match_segment(wanted[i], given[i], values)) return std::nullopt;
   }
   return values;
 }

@@ -44,7 +44,8 @@ Result<StaticFiles> StaticFiles::load(const std::string& folder) {
     std::ifstream file(entry.path(), std::ios::binary);
     std::string bytes{std::istreambuf_iterator<char>(file), {}};
     if (!file) return Error{ErrorCode::io, "cannot read " + entry.path().string(), ""};
-    const std::string path = "/" + entry.path().lexically_relative(folder).generic_string();
+    std::string path("/");
+    path += entry.path().lexically_relative(folder).generic_string();
     Response response;
     response.content_type = content_type_of(entry.path());
     response.headers.emplace_back("Cache-Control", cache_rule_of(path));

@@ -23,6 +23,7 @@ class JobTest : public ::testing::Test {
     record.id = id;
     Event created;
     created.job = id;
+    created.version = record.version;
     EXPECT_TRUE(log_.add(record, created).ok());
     return std::make_shared<Job>(record, log_);
   }
@@ -151,7 +152,9 @@ TEST(RevisionRule, KeepsHalfASecondAndReachesAtMostTen) {
   for (std::uint32_t pass = 1; pass <= 10'000; ++pass) {
     const double now = pass * 0.001;
     if (!fast.due(pass, now)) continue;
-    if (last >= 0) EXPECT_GE(now - last, 0.5);
+    if (last >= 0) {
+      EXPECT_GE(now - last, 0.5);
+    }
     last = now;
   }
   RevisionRule slow;

@@ -65,7 +65,7 @@ TEST_F(ServiceTest, UnknownPathsAndMethodsAreProblems) {
   EXPECT_EQ(method.headers.at("allow"), "POST, GET");
   EXPECT_EQ(request(port_, "PUT", "/v1/jobs", "{}", "application/json").status, 405);
   EXPECT_EQ(get(port_, "/" + std::string(2000, 'a')).status, 414);
-  EXPECT_EQ(get(port_, "/v1/jobs%0d%0aX: y").status, 404);
+  EXPECT_EQ(get(port_, "/v1/jobs%0d%0aX:%20y").status, 404);
   EXPECT_EQ(send_raw(port_, "NONSENSE\r\n\r\n").status, 400);
   EXPECT_EQ(request(port_, "POST", "/v1/jobs/x/cancel", "", "", {{"Sec-Fetch-Site", "cross-site"}}).status, 403);
   Fields many(150, {"X-Many", "1"});
@@ -112,7 +112,7 @@ TEST_F(ServiceTest, RangesAreIgnored) {
   for (const char* range : {"bytes=0-0", "bytes=5-,6-,7-,8-", "bytes=99999999-", "bytes=-5", "bytes=0-99999999"}) {
     const Reply reply = get(port_, target, {{"Range", range}});
     EXPECT_TRUE(reply.status == 200 || reply.status == 416) << range << " " << reply.status;
-    if (reply.status == 200) EXPECT_EQ(reply.body, whole.body) << range;
+    EXPECT_TRUE(reply.status == 416 || reply.body == whole.body) << range;
   }
 }
 
