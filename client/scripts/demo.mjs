@@ -4,7 +4,7 @@
 import { writeFile } from 'node:fs/promises';
 
 const job_message = {
-  film: { width: 640, height: 480 },
+  film: { width: 512, height: 512 },
   method: 'auto',
   stop: { seconds: 45, relative_error: 0.02 },
   label: 'demo',
