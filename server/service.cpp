@@ -46,7 +46,10 @@ Status check_options(const ServiceOptions& options) {
 
 struct Service::State {
   explicit State(const ServiceOptions& o)
-      : options(o), store(o.scene_store_bytes), jobs(store, job_limits(o)), api(store, jobs, counts, api_limits(o)) {}
+      : options(o),
+        store(o.scene_store_bytes),
+        jobs(store, job_limits(o)),
+        api(store, jobs, counts, api_limits(o)) {}
 
   const ServiceOptions options;
   MemoryStore store;
@@ -66,7 +69,8 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
   }
   auto state = std::make_unique<State>(options);
   if (!options.samples_dir.empty()) {
-    if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added) return added.error();
+    if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added)
+      return added.error();
   }
   const HttpOptions http{options.host, options.port, options.max_streams, options.max_requests};
   Result<std::unique_ptr<HttpServer>> server =
@@ -81,7 +85,9 @@ Service::~Service() { stop(); }
 
 int Service::port() const { return state_->http->port(); }
 
-std::string Service::url() const { return "http://" + state_->options.host + ":" + std::to_string(port()) + "/"; }
+std::string Service::url() const {
+  return "http://" + state_->options.host + ":" + std::to_string(port()) + "/";
+}
 
 void Service::stop() {
   // Jobs first: whoever waits for one hears of its end before the connections close.

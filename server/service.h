@@ -20,11 +20,11 @@ struct ServiceOptions {
   std::uint64_t scene_store_bytes = 2ull << 30;  ///< uploaded files; beyond it uploads are refused
   std::uint64_t picture_bytes = 1ull << 30;      ///< pictures of finished jobs; the oldest jobs are forgotten
   std::uint64_t max_upload_bytes = 256ull << 20;
-  std::uint64_t max_pixels = 8'388'608;          ///< of one film
-  int max_live_jobs = 256;                       ///< not yet ended; beyond it submissions are refused
-  int max_kept_jobs = 1024;                      ///< ended; the oldest are forgotten
-  int max_streams = 256;                         ///< event streams and long polls at once
-  int max_requests = 64;                         ///< other requests at once
+  std::uint64_t max_pixels = 8'388'608;  ///< of one film
+  int max_live_jobs = 256;               ///< not yet ended; beyond it submissions are refused
+  int max_kept_jobs = 1024;              ///< ended; the oldest are forgotten
+  int max_streams = 256;                 ///< event streams and long polls at once
+  int max_requests = 64;                 ///< other requests at once
 };
 
 /// The running HTTP service. Everything lives inside: several services may run in one process (tests do).

@@ -13,7 +13,7 @@ namespace photond {
 /// Limits that belong to the interface rather than to the work; shown by /v1/info.
 struct ApiLimits {
   std::uint64_t max_upload_bytes = 256ull << 20;
-  std::uint64_t max_message_bytes = 64 * 1024;   ///< of a job
+  std::uint64_t max_message_bytes = 64 * 1024;  ///< of a job
   int max_streams = 256;
   int max_requests = 64;
 };

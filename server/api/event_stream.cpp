@@ -13,7 +13,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kLook{1000};   // how soon a closed connection is noticed
+constexpr std::chrono::milliseconds kLook{1000};  // how soon a closed connection is noticed
 constexpr std::chrono::seconds kHeartbeat{15};
 
 std::string to_sse(const Event& event) {
@@ -24,8 +24,8 @@ std::string to_sse(const Event& event) {
 /// One reader's place in the log. Nothing is queued for it: a slow reader finds fewer events, later.
 class EventFeed {
  public:
-  EventFeed(const Store& store, const EventLog& log, std::set<std::string> jobs, std::uint64_t after,
-            bool ends, std::stop_token stop)
+  EventFeed(const Store& store, const EventLog& log, std::set<std::string> jobs, std::uint64_t after, bool ends,
+            std::stop_token stop)
       : store_(store), log_(log), jobs_(std::move(jobs)), after_(after), ends_(ends), stop_(std::move(stop)) {}
 
   /// The next piece of the stream; no value when it `ends` with its one job and all is told.
@@ -66,7 +66,7 @@ class EventFeed {
 
   const Store& store_;
   const EventLog& log_;
-  const std::set<std::string> jobs_;   ///< empty: all
+  const std::set<std::string> jobs_;  ///< empty: all
   std::uint64_t after_;
   const bool ends_;
   std::stop_token stop_;
@@ -105,7 +105,7 @@ Response Api::job_events(const Request& request) const {
   const auto job = store_.job(id);
   if (!job) return problem(404, "not_found", "there is no job " + id);
   if (is_terminal(job->state) && log.read_after(*after, id).empty()) {
-    Response done;   // tells an EventSource to stop asking
+    Response done;  // tells an EventSource to stop asking
     done.status = 204;
     return done;
   }

@@ -23,7 +23,8 @@ Response job_response(const JobRecord& job, int status = 200) {
 
 /// Calls `look` after every change of any job until it returns true, the time is up or the server stops.
 template <class Look>
-bool wait_until(const EventLog& log, std::chrono::milliseconds wait, const std::stop_token& stop, const Look& look) {
+bool wait_until(const EventLog& log, std::chrono::milliseconds wait, const std::stop_token& stop,
+                const Look& look) {
   const Clock::time_point deadline = Clock::now() + wait;
   while (true) {
     const std::uint64_t seen = log.newest();  // before looking: what comes in between ends the wait at once
@@ -37,7 +38,7 @@ struct JobFilter {
   std::optional<JobState> state;
   std::optional<Digest> scene;
   std::optional<std::string> label;
-  std::uint64_t before = UINT64_MAX;   ///< sequence number: the cursor
+  std::uint64_t before = UINT64_MAX;  ///< sequence number: the cursor
 
   bool admits(const JobRecord& job) const {
     return job.sequence < before && (!state || job.state == *state) && (!scene || job.spec.scene == *scene) &&
@@ -71,9 +72,12 @@ std::optional<FrameFormat> format_of(const std::string& suffix) {
 
 const char* frame_type(FrameFormat format) {
   switch (format) {
-    case FrameFormat::png: return "image/png";
-    case FrameFormat::jpg: return "image/jpeg";
-    case FrameFormat::exr: return "image/x-exr";
+    case FrameFormat::png:
+      return "image/png";
+    case FrameFormat::jpg:
+      return "image/jpeg";
+    case FrameFormat::exr:
+      return "image/x-exr";
   }
   return "application/octet-stream";
 }

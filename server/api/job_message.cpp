@@ -125,9 +125,12 @@ Json series_message(const JobRecord& job) {
 
 const char* event_name(EventKind kind) {
   switch (kind) {
-    case EventKind::state: return "state";
-    case EventKind::progress: return "progress";
-    case EventKind::frame: return "frame";
+    case EventKind::state:
+      return "state";
+    case EventKind::progress:
+      return "progress";
+    case EventKind::frame:
+      return "frame";
   }
   return "state";
 }

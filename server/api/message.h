@@ -15,15 +15,15 @@ namespace photond {
 
 /// A request as the handlers see it. Header values come from outside and are never echoed.
 struct Request {
-  std::string method;                         ///< "GET" (HEAD too), "POST", "DELETE"
-  std::string path;                           ///< percent-decoded, without the query
-  std::vector<std::string> captures;          ///< what the route's placeholders matched
-  std::multimap<std::string, std::string> query;   ///< percent-decoded
-  std::string content_type;                   ///< lower case, without parameters
+  std::string method;                             ///< "GET" (HEAD too), "POST", "DELETE"
+  std::string path;                               ///< percent-decoded, without the query
+  std::vector<std::string> captures;              ///< what the route's placeholders matched
+  std::multimap<std::string, std::string> query;  ///< percent-decoded
+  std::string content_type;                       ///< lower case, without parameters
   std::string if_none_match;
   std::string last_event_id;
   std::vector<std::byte> body;
-  std::stop_token stop;                       ///< triggered when the server shuts down
+  std::stop_token stop;  ///< triggered when the server shuts down
 
   /// The first value of a query key.
   std::optional<std::string> query_value(const std::string& key) const {

@@ -95,8 +95,10 @@ class FieldReader {
 void read_scene(FieldReader& fields, JobSpec& spec) {
   const auto text = fields.text("scene", 64);
   const auto id = text ? digest_from_hex(*text) : std::nullopt;
-  if (id) spec.scene = *id;
-  else fields.fail("scene", "must be given, as the 64 hexadecimal digits of a scene's id");
+  if (id)
+    spec.scene = *id;
+  else
+    fields.fail("scene", "must be given, as the 64 hexadecimal digits of a scene's id");
 }
 
 void read_placement(const Json& object, JobSpec& spec, std::optional<Error>& error) {
@@ -114,8 +116,10 @@ void read_placement(const Json& object, JobSpec& spec, std::optional<Error>& err
   placed.yfov_deg = static_cast<float>(fields.number("yfov_deg").value_or(placed.yfov_deg));
   if (!(placed.yfov_deg >= 0.1f && placed.yfov_deg <= 175)) fields.fail("yfov_deg", "must be from 0.1 to 175");
   const Vec3 view = placed.target - placed.eye;
-  if (!(glm::length(view) > 0) || !std::isfinite(glm::length(view))) fields.fail("target", "must not be the eye");
-  if (!(glm::length(placed.up) > 0) || !std::isfinite(glm::length(placed.up))) fields.fail("up", "must not be zero");
+  if (!(glm::length(view) > 0) || !std::isfinite(glm::length(view)))
+    fields.fail("target", "must not be the eye");
+  if (!(glm::length(placed.up) > 0) || !std::isfinite(glm::length(placed.up)))
+    fields.fail("up", "must not be zero");
   if (error) return;
   const float sine = glm::length(glm::cross(glm::normalize(view), glm::normalize(placed.up)));
   if (!(sine > 1e-4f)) fields.fail("up", "must not be parallel to the view");
@@ -149,8 +153,10 @@ void read_method(FieldReader& fields, JobSpec& spec) {
   const auto name = fields.text("method", 64);
   if (!name) return;
   const auto method = method_from_name(name->c_str());
-  if (method) spec.settings.method = *method;
-  else fields.fail("method", "must be auto, path, photon_map or progressive");
+  if (method)
+    spec.settings.method = *method;
+  else
+    fields.fail("method", "must be auto, path, photon_map or progressive");
 }
 
 void read_settings(FieldReader& fields, JobSpec& spec) {
@@ -164,7 +170,8 @@ void read_settings(FieldReader& fields, JobSpec& spec) {
   photons.seed = settings.seed;
   const double radius = fields.number("radius").value_or(settings.radius);
   settings.radius = static_cast<float>(radius);
-  if (!(radius >= 0) || !std::isfinite(settings.radius)) fields.fail("radius", "must be 0 (automatic) or positive");
+  if (!(radius >= 0) || !std::isfinite(settings.radius))
+    fields.fail("radius", "must be 0 (automatic) or positive");
 }
 
 void read_stop(FieldReader& job, JobSpec& spec, std::optional<Error>& error) {
@@ -177,13 +184,15 @@ void read_stop(FieldReader& job, JobSpec& spec, std::optional<Error>& error) {
   }
   FieldReader fields(*stop, "/stop", error);
   fields.only({"passes", "seconds", "relative_error"});
-  if (const auto passes = fields.whole("passes", 1, 1'000'000)) spec.stop.passes = static_cast<std::uint32_t>(*passes);
+  if (const auto passes = fields.whole("passes", 1, 1'000'000))
+    spec.stop.passes = static_cast<std::uint32_t>(*passes);
   spec.stop.seconds = fields.number("seconds");
   spec.stop.relative_error = fields.number("relative_error");
   if (spec.stop.seconds && !(*spec.stop.seconds > 0 && *spec.stop.seconds <= 1e6)) {
     fields.fail("seconds", "must be positive and at most 1000000");
   }
-  if (spec.stop.relative_error && !(*spec.stop.relative_error > 0)) fields.fail("relative_error", "must be positive");
+  if (spec.stop.relative_error && !(*spec.stop.relative_error > 0))
+    fields.fail("relative_error", "must be positive");
   const bool any = spec.stop.passes || spec.stop.seconds || spec.stop.relative_error;
   if (!any) fields.fail("", "must name passes, seconds or relative_error");
 }
@@ -191,8 +200,10 @@ void read_stop(FieldReader& job, JobSpec& spec, std::optional<Error>& error) {
 void read_priority(FieldReader& fields, JobSpec& spec) {
   const auto name = fields.text("priority", 64);
   if (!name || *name == "interactive") return;
-  if (*name == "batch") spec.priority = Priority::batch;
-  else fields.fail("priority", "must be interactive or batch");
+  if (*name == "batch")
+    spec.priority = Priority::batch;
+  else
+    fields.fail("priority", "must be interactive or batch");
 }
 
 }  // namespace
@@ -203,8 +214,8 @@ Result<JobSpec> parse_job(std::span<const std::byte> text) {
   std::optional<Error> error;
   JobSpec spec;
   FieldReader fields(*json, "", error);
-  fields.only({"scene", "camera", "film", "method", "photons_per_pass", "radius", "gather_photons", "seed", "stop",
-               "priority", "label"});
+  fields.only({"scene", "camera", "film", "method", "photons_per_pass", "radius", "gather_photons", "seed",
+               "stop", "priority", "label"});
   read_scene(fields, spec);
   read_camera(fields, spec, error);
   read_film(fields, spec, error);

@@ -8,36 +8,61 @@ namespace {
 
 const char* title_of(int status) {
   switch (status) {
-    case 400: return "Bad request";
-    case 403: return "Forbidden";
-    case 404: return "Not found";
-    case 405: return "Method not allowed";
-    case 409: return "Conflict";
-    case 411: return "Length required";
-    case 413: return "Content too large";
-    case 414: return "URI too long";
-    case 415: return "Unsupported media type";
-    case 416: return "Range not satisfiable";
-    case 422: return "Unprocessable content";
-    case 429: return "Too many requests";
-    case 431: return "Request header fields too large";
-    case 500: return "Internal error";
-    case 503: return "Unavailable";
-    case 507: return "Insufficient storage";
-    default: return "Error";
+    case 400:
+      return "Bad request";
+    case 403:
+      return "Forbidden";
+    case 404:
+      return "Not found";
+    case 405:
+      return "Method not allowed";
+    case 409:
+      return "Conflict";
+    case 411:
+      return "Length required";
+    case 413:
+      return "Content too large";
+    case 414:
+      return "URI too long";
+    case 415:
+      return "Unsupported media type";
+    case 416:
+      return "Range not satisfiable";
+    case 422:
+      return "Unprocessable content";
+    case 429:
+      return "Too many requests";
+    case 431:
+      return "Request header fields too large";
+    case 500:
+      return "Internal error";
+    case 503:
+      return "Unavailable";
+    case 507:
+      return "Insufficient storage";
+    default:
+      return "Error";
   }
 }
 
 int status_of(const Error& error) {
   switch (error.code) {
-    case ErrorCode::invalid_input: return 422;
-    case ErrorCode::unsupported: return 422;
-    case ErrorCode::limit_exceeded: return error.where == "queue" ? 429 : 422;
-    case ErrorCode::not_found: return error.where.empty() ? 404 : 422;  // with a place: something the body names
-    case ErrorCode::conflict: return 409;
-    case ErrorCode::cancelled: return 503;
-    case ErrorCode::io: return 503;
-    case ErrorCode::internal: return 500;
+    case ErrorCode::invalid_input:
+      return 422;
+    case ErrorCode::unsupported:
+      return 422;
+    case ErrorCode::limit_exceeded:
+      return error.where == "queue" ? 429 : 422;
+    case ErrorCode::not_found:
+      return error.where.empty() ? 404 : 422;  // with a place: something the body names
+    case ErrorCode::conflict:
+      return 409;
+    case ErrorCode::cancelled:
+      return 503;
+    case ErrorCode::io:
+      return 503;
+    case ErrorCode::internal:
+      return 500;
   }
   return 500;
 }
@@ -46,21 +71,32 @@ int status_of(const Error& error) {
 
 const char* error_name(ErrorCode code) {
   switch (code) {
-    case ErrorCode::invalid_input: return "invalid_input";
-    case ErrorCode::unsupported: return "unsupported";
-    case ErrorCode::limit_exceeded: return "limit_exceeded";
-    case ErrorCode::not_found: return "not_found";
-    case ErrorCode::conflict: return "conflict";
-    case ErrorCode::io: return "io";
-    case ErrorCode::cancelled: return "cancelled";
-    case ErrorCode::internal: return "internal";
+    case ErrorCode::invalid_input:
+      return "invalid_input";
+    case ErrorCode::unsupported:
+      return "unsupported";
+    case ErrorCode::limit_exceeded:
+      return "limit_exceeded";
+    case ErrorCode::not_found:
+      return "not_found";
+    case ErrorCode::conflict:
+      return "conflict";
+    case ErrorCode::io:
+      return "io";
+    case ErrorCode::cancelled:
+      return "cancelled";
+    case ErrorCode::internal:
+      return "internal";
   }
   return "internal";
 }
 
 Response problem(int status, const std::string& code, const std::string& detail, const std::string& pointer) {
-  nlohmann::ordered_json body{
-      {"type", "about:blank"}, {"title", title_of(status)}, {"status", status}, {"code", code}, {"detail", detail}};
+  nlohmann::ordered_json body{{"type", "about:blank"},
+                              {"title", title_of(status)},
+                              {"status", status},
+                              {"code", code},
+                              {"detail", detail}};
   if (!pointer.empty()) body["pointer"] = pointer;
   Response response;
   response.status = status;

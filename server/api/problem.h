@@ -9,7 +9,8 @@ namespace photond {
 
 /// An RFC 9457 problem document as a response: application/problem+json with `title`, `status`, `code`,
 /// `detail` and, where it is not empty, `pointer` (a JSON pointer into the request, or the place in a file).
-Response problem(int status, const std::string& code, const std::string& detail, const std::string& pointer = {});
+Response problem(int status, const std::string& code, const std::string& detail,
+                 const std::string& pointer = {});
 
 /// The problem for an error of the layers below.
 Response problem(const Error& error);

@@ -27,7 +27,8 @@ inline Result<std::uint64_t> query_whole(const Request& request, const std::stri
   const auto value = parse_whole(*text);
   if (value && *value >= min && *value <= max) return *value;
   return invalid_input("the query's " + key + " must be a whole number from " + std::to_string(min) + " to " +
-                           std::to_string(max), "?" + key);
+                           std::to_string(max),
+                       "?" + key);
 }
 
 /// How long a long poll waits: the query's `wait`, 0 … 60 seconds.

@@ -12,7 +12,7 @@ namespace photond {
 class RequestCounts {
  public:
   /// `route` is the pattern of the route table, never the path: its values are few.
-  using Key = std::tuple<std::string, std::string, int>;   ///< method, route, status
+  using Key = std::tuple<std::string, std::string, int>;  ///< method, route, status
 
   void answered(const std::string& method, const std::string& route, int status) {
     const std::lock_guard lock(mutex_);
@@ -29,8 +29,8 @@ class RequestCounts {
 
   struct Snapshot {
     std::map<Key, std::uint64_t> answers;
-    std::uint64_t refusals = 0;   ///< 503 because too many were served at once
-    int streams = 0;              ///< event streams and long polls open now
+    std::uint64_t refusals = 0;  ///< 503 because too many were served at once
+    int streams = 0;             ///< event streams and long polls open now
   };
   Snapshot snapshot() const {
     const std::lock_guard lock(mutex_);

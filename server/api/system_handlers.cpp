@@ -77,7 +77,8 @@ void write_requests(MetricsText& out, const RequestCounts::Snapshot& counts) {
   for (const auto& [key, count] : counts.answers) {
     const auto& [method, route, status] = key;
     out.sample("photond_requests_total",
-               "{method=\"" + method + "\",route=\"" + route + "\",status=\"" + std::to_string(status) + "\"}", count);
+               "{method=\"" + method + "\",route=\"" + route + "\",status=\"" + std::to_string(status) + "\"}",
+               count);
   }
   out.single("photond_refusals_total", "counter", "Requests refused because too many were served at once.",
              counts.refusals);
@@ -89,7 +90,8 @@ void write_jobs(MetricsText& out, const std::vector<JobRecord>& jobs) {
   for (const JobRecord& job : jobs) ++by_state[static_cast<int>(job.state)];
   out.announce("photond_jobs", "gauge", "Known jobs by state.");
   for (int i = 0; i < kJobStates; ++i) {
-    out.sample("photond_jobs", std::string("{state=\"") + state_name(static_cast<JobState>(i)) + "\"}", by_state[i]);
+    out.sample("photond_jobs", std::string("{state=\"") + state_name(static_cast<JobState>(i)) + "\"}",
+               by_state[i]);
   }
 }
 
@@ -122,22 +124,21 @@ Response Api::metrics(const Request&) const {
 
 Response Api::info(const Request&) const {
   const JobLimits& jobs = jobs_.limits();
-  return json_response(
-      {{"name", "photond"},
-       {"version", PHOTOND_VERSION},
-       {"threads", jobs_.threads()},
-       {"methods", {"auto", "path", "photon_map", "progressive"}},
-       {"frame_formats", {"png", "jpg", "exr"}},
-       {"scene_types", {"model/gltf-binary", "model/gltf+json", "application/zip"}},
-       {"limits",
-        {{"max_upload_bytes", limits_.max_upload_bytes},
-         {"max_message_bytes", limits_.max_message_bytes},
-         {"max_pixels", jobs.max_pixels},
-         {"max_live_jobs", jobs.max_live_jobs},
-         {"max_kept_jobs", jobs.max_kept_jobs},
-         {"map_cache_bytes", jobs.map_cache_bytes},
-         {"max_streams", limits_.max_streams},
-         {"max_requests", limits_.max_requests}}}});
+  return json_response({{"name", "photond"},
+                        {"version", PHOTOND_VERSION},
+                        {"threads", jobs_.threads()},
+                        {"methods", {"auto", "path", "photon_map", "progressive"}},
+                        {"frame_formats", {"png", "jpg", "exr"}},
+                        {"scene_types", {"model/gltf-binary", "model/gltf+json", "application/zip"}},
+                        {"limits",
+                         {{"max_upload_bytes", limits_.max_upload_bytes},
+                          {"max_message_bytes", limits_.max_message_bytes},
+                          {"max_pixels", jobs.max_pixels},
+                          {"max_live_jobs", jobs.max_live_jobs},
+                          {"max_kept_jobs", jobs.max_kept_jobs},
+                          {"map_cache_bytes", jobs.map_cache_bytes},
+                          {"max_streams", limits_.max_streams},
+                          {"max_requests", limits_.max_requests}}}});
 }
 
 Response Api::openapi(const Request&) const { return text_response(kOpenApiText, "application/json"); }

@@ -15,9 +15,9 @@ struct Route {
   std::string method;
   std::string pattern;
   Handler handler;
-  std::vector<std::string> body_types;   ///< accepted Content-Types; empty: the route takes no body
+  std::vector<std::string> body_types;  ///< accepted Content-Types; empty: the route takes no body
   std::uint64_t max_body_bytes = 0;
-  bool streams = false;                  ///< answers with an endless body
+  bool streams = false;  ///< answers with an endless body
 };
 
 /// The placeholders' values where `path` matches `pattern`.

@@ -1,5 +1,9 @@
 #include "server/http/server.h"
 
+#include <httplib.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cctype>
@@ -10,10 +14,6 @@
 #include <stop_token>
 #include <thread>
 
-#include <httplib.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-
 #include "server/api/problem.h"
 
 namespace photond {
@@ -23,9 +23,9 @@ namespace {
 constexpr std::size_t kSliceBytes = 256 * 1024;
 constexpr std::size_t kMaxPath = 512;
 constexpr std::size_t kMaxHeaders = 100;
-constexpr std::uint64_t kMaxIgnoredBody = 64 * 1024;   // of a route that takes no body
-constexpr std::uint64_t kMaxDrain = 64 << 20;          // read and dropped so that a refusal is seen
-constexpr int kSpareThreads = 16;                      // for answering 503 when all slots are taken
+constexpr std::uint64_t kMaxIgnoredBody = 64 * 1024;  // of a route that takes no body
+constexpr std::uint64_t kMaxDrain = 64 << 20;         // read and dropped so that a refusal is seen
+constexpr int kSpareThreads = 16;                     // for answering 503 when all slots are taken
 constexpr int kBacklog = 512;
 constexpr int kFirstByteSeconds = 5;
 constexpr int kReadSeconds = 5;
@@ -53,7 +53,7 @@ std::string lower_type(const std::string& header) {
 /// What a request says of its body. The library trusts these headers, so they are checked here.
 struct BodyClaim {
   bool present = false;
-  std::optional<std::uint64_t> length;   ///< unknown where chunked
+  std::optional<std::uint64_t> length;  ///< unknown where chunked
 };
 
 Result<BodyClaim> claimed_body(const httplib::Request& in) {
@@ -150,8 +150,10 @@ struct HttpServer::State {
   void configure();
   Status bind();
   void answer(const httplib::Request& in, httplib::Response& out, const httplib::ContentReader* reader);
-  Response dispatch(const httplib::Request& in, const httplib::ContentReader* reader, std::string& route, Slot& slot);
-  Response run(const Route& route, Request request, const httplib::Request& in, const httplib::ContentReader* reader);
+  Response dispatch(const httplib::Request& in, const httplib::ContentReader* reader, std::string& route,
+                    Slot& slot);
+  Response run(const Route& route, Request request, const httplib::Request& in,
+               const httplib::ContentReader* reader);
   std::optional<Response> read_body(const Route& route, const httplib::Request& in,
                                     const httplib::ContentReader* reader, std::vector<std::byte>& body);
   Slot take_slot(bool waits);
@@ -195,16 +197,15 @@ void HttpServer::State::configure() {
     answer(in, out, nullptr);
     return Next::Handled;
   });
-  server.Post(".*", [this](const httplib::Request& in, httplib::Response& out, const httplib::ContentReader& reader) {
-    answer(in, out, &reader);
-  });
+  server.Post(".*", [this](const httplib::Request& in, httplib::Response& out,
+                           const httplib::ContentReader& reader) { answer(in, out, &reader); });
   // A client that asks before it sends hears a refusal without sending.
   server.set_expect_100_continue_handler([this](const httplib::Request& in, httplib::Response& out) {
     for (const Route& route : routes) {
       if (route.method != in.method || !match_path(route.pattern, in.path)) continue;
       const Result<BodyClaim> claim = claimed_body(in);
-      const auto refusal = claim ? refuse_body(in, route, *claim)
-                                 : problem(400, "invalid_request", claim.error().message);
+      const auto refusal =
+          claim ? refuse_body(in, route, *claim) : problem(400, "invalid_request", claim.error().message);
       if (!refusal) return 100;
       write(*refusal, nullptr, out);
       return refusal->status;
@@ -228,8 +229,8 @@ Status HttpServer::State::bind() {
   const bool bound = any ? port > 0 : server.bind_to_port(options.host, options.port);
   if (!bound) {
     const std::string reason = errno != 0 ? std::strerror(errno) : "the address cannot be used";
-    return Error{ErrorCode::io, "cannot listen on " + options.host + ":" + std::to_string(options.port) + ": " + reason,
-                 ""};
+    return Error{ErrorCode::io,
+                 "cannot listen on " + options.host + ":" + std::to_string(options.port) + ": " + reason, ""};
   }
   ::listen(listening, kBacklog);  // again: the library's backlog of 5 refuses bursts
   return Done{};

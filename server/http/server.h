@@ -14,9 +14,9 @@ namespace photond {
 
 struct HttpOptions {
   std::string host = "127.0.0.1";
-  int port = 0;             ///< 0: any free port
-  int max_streams = 256;    ///< endless bodies and long polls at once
-  int max_requests = 64;    ///< other requests at once
+  int port = 0;           ///< 0: any free port
+  int max_streams = 256;  ///< endless bodies and long polls at once
+  int max_requests = 64;  ///< other requests at once
 };
 
 /// HTTP/1.1 by cpp-httplib: sockets, threads, sizes, headers. Knows routes only as a table, and answers what

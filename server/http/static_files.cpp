@@ -13,14 +13,19 @@ namespace fs = std::filesystem;
 constexpr std::uintmax_t kMaxBytes = 64 << 20;
 
 std::string content_type_of(const fs::path& path) {
-  static const std::map<std::string, std::string> kTypes{
-      {".html", "text/html; charset=utf-8"}, {".js", "text/javascript; charset=utf-8"},
-      {".css", "text/css; charset=utf-8"},   {".json", "application/json"},
-      {".svg", "image/svg+xml"},             {".png", "image/png"},
-      {".jpg", "image/jpeg"},                {".ico", "image/x-icon"},
-      {".woff2", "font/woff2"},              {".wasm", "application/wasm"},
-      {".map", "application/json"},          {".webmanifest", "application/manifest+json"},
-      {".txt", "text/plain; charset=utf-8"}};
+  static const std::map<std::string, std::string> kTypes{{".html", "text/html; charset=utf-8"},
+                                                         {".js", "text/javascript; charset=utf-8"},
+                                                         {".css", "text/css; charset=utf-8"},
+                                                         {".json", "application/json"},
+                                                         {".svg", "image/svg+xml"},
+                                                         {".png", "image/png"},
+                                                         {".jpg", "image/jpeg"},
+                                                         {".ico", "image/x-icon"},
+                                                         {".woff2", "font/woff2"},
+                                                         {".wasm", "application/wasm"},
+                                                         {".map", "application/json"},
+                                                         {".webmanifest", "application/manifest+json"},
+                                                         {".txt", "text/plain; charset=utf-8"}};
   const auto found = kTypes.find(path.extension().string());
   return found == kTypes.end() ? "application/octet-stream" : found->second;
 }
@@ -40,7 +45,8 @@ Result<StaticFiles> StaticFiles::load(const std::string& folder) {
   for (const auto& entry : fs::recursive_directory_iterator(folder, failed)) {
     if (entry.is_symlink(failed) || !entry.is_regular_file(failed)) continue;
     total += entry.file_size(failed);
-    if (total > kMaxBytes) return Error{ErrorCode::limit_exceeded, folder + " is too large for a web client", ""};
+    if (total > kMaxBytes)
+      return Error{ErrorCode::limit_exceeded, folder + " is too large for a web client", ""};
     std::ifstream file(entry.path(), std::ios::binary);
     std::string bytes{std::istreambuf_iterator<char>(file), {}};
     if (!file) return Error{ErrorCode::io, "cannot read " + entry.path().string(), ""};
@@ -53,7 +59,8 @@ Result<StaticFiles> StaticFiles::load(const std::string& folder) {
     response.body = std::make_shared<const std::vector<std::byte>>(begin, begin + bytes.size());
     result.files_.emplace(path, std::move(response));
   }
-  if (failed) return Error{ErrorCode::io, "cannot read the web client's folder " + folder + ": " + failed.message(), ""};
+  if (failed)
+    return Error{ErrorCode::io, "cannot read the web client's folder " + folder + ": " + failed.message(), ""};
   return result;
 }
 

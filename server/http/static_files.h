@@ -20,7 +20,7 @@ class StaticFiles {
   const Response* find(const std::string& path) const;
 
  private:
-  std::map<std::string, Response> files_;   ///< by path with a leading slash
+  std::map<std::string, Response> files_;  ///< by path with a leading slash
 };
 
 }  // namespace photond

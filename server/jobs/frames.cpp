@@ -39,7 +39,8 @@ std::shared_ptr<Frames::Frame> Frames::find(std::uint32_t revision) const {
 Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format) const {
   const std::shared_ptr<Frame> frame = find(revision);
   if (!frame) {
-    return Error{ErrorCode::not_found, "revision " + std::to_string(revision) + " is not kept; ask for latest", ""};
+    return Error{ErrorCode::not_found, "revision " + std::to_string(revision) + " is not kept; ask for latest",
+                 ""};
   }
   const std::lock_guard lock(frame->encoding);
   Bytes& bytes = frame->encoded[static_cast<int>(format)];

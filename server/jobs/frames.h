@@ -34,8 +34,8 @@ class Frames {
     std::uint32_t revision = 0;
     Image image;
     bool result = false;
-    std::mutex encoding;             ///< one encoder per picture at a time
-    std::array<Bytes, 3> encoded;    ///< by FrameFormat
+    std::mutex encoding;           ///< one encoder per picture at a time
+    std::array<Bytes, 3> encoded;  ///< by FrameFormat
   };
   std::shared_ptr<Frame> find(std::uint32_t revision) const;
 

@@ -70,7 +70,8 @@ Status Job::move(JobState to, const Edit& edit) {
   const std::lock_guard lock(mutex_);
   if (!may_move(record_.state, to)) {
     return Error{ErrorCode::conflict,
-                 std::string("a job that is ") + state_name(record_.state) + " cannot become " + state_name(to), ""};
+                 std::string("a job that is ") + state_name(record_.state) + " cannot become " + state_name(to),
+                 ""};
   }
   JobRecord changed = record_;
   if (edit) edit(changed);

@@ -12,9 +12,9 @@
 
 namespace photond {
 
-const char* state_name(JobState state);                      ///< "queued", "preparing", …
+const char* state_name(JobState state);  ///< "queued", "preparing", …
 std::optional<JobState> state_from_name(const std::string& name);
-bool is_terminal(JobState state);                            ///< succeeded, canceled, failed
+bool is_terminal(JobState state);  ///< succeeded, canceled, failed
 /// The moves a job can make: queued → preparing → rendering → finalizing → succeeded, from any of these to
 /// canceling → canceled, and from any to failed.
 bool may_move(JobState from, JobState to);
@@ -50,7 +50,7 @@ class Job {
 
   EventLog& log_;
   mutable std::mutex mutex_;
-  JobRecord record_;   ///< spec and id never change
+  JobRecord record_;  ///< spec and id never change
   std::stop_source stop_;
 };
 

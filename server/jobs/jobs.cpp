@@ -38,11 +38,13 @@ Result<Plan> Jobs::check(const JobSpec& spec, std::stop_token stop) {
   const std::uint64_t pixels = static_cast<std::uint64_t>(spec.settings.width) * spec.settings.height;
   if (pixels > limits_.max_pixels) {
     return invalid_input("the film has " + std::to_string(pixels) + " pixels; at most " +
-                             std::to_string(limits_.max_pixels) + " are allowed", "/film");
+                             std::to_string(limits_.max_pixels) + " are allowed",
+                         "/film");
   }
   const auto summary = scenes_.summary(spec.scene, stop);
   if (!summary) return Error{summary.error().code, summary.error().message, "/scene"};
-  if (const Result<Camera> camera = choose_camera((*summary)->cameras, spec.camera); !camera) return camera.error();
+  if (const Result<Camera> camera = choose_camera((*summary)->cameras, spec.camera); !camera)
+    return camera.error();
   if (spec.settings.method == Method::automatic) return (*summary)->plan;
   const Execution execution = workers_.execution(stop);
   const auto scene = scenes_.prepared(spec.scene, execution);
@@ -69,7 +71,8 @@ Result<JobRecord> Jobs::submit(const JobSpec& spec, std::stop_token stop) {
   created.time = record.created;
   created.version = record.version;
   if (const Status added = log_.add(record, created); !added) return added.error();
-  const auto run = std::make_shared<RunJob>(std::make_shared<Job>(record, log_), scenes_, maps_, workers_, passes_);
+  const auto run =
+      std::make_shared<RunJob>(std::make_shared<Job>(record, log_), scenes_, maps_, workers_, passes_);
   runs_.emplace(record.id, run);
   scheduler_.submit(run, spec.priority);
   return record;

@@ -76,7 +76,7 @@ class Jobs {
   std::map<std::string, std::shared_ptr<RunJob>> runs_;
   bool stopping_ = false;
   std::atomic<std::uint64_t> passes_{0};
-  Scheduler scheduler_;   ///< last: its thread uses all of the above
+  Scheduler scheduler_;  ///< last: its thread uses all of the above
 };
 
 }  // namespace photond

@@ -8,7 +8,7 @@ namespace photond {
 
 namespace {
 
-constexpr double kProgressSeconds = 0.5;         // between two progress events
+constexpr double kProgressSeconds = 0.5;  // between two progress events
 
 }  // namespace
 
@@ -128,7 +128,8 @@ void RunJob::put_numbers(JobRecord& record) const {
   record.map_misses = maps_.misses();
   record.eta_seconds = remaining_seconds(record.spec.stop, progress());
   // Other jobs take turns: what is left stretches as what is done has been stretched.
-  if (record.eta_seconds && compute_seconds_ > 0) *record.eta_seconds *= std::max(1.0, wall_seconds() / compute_seconds_);
+  if (record.eta_seconds && compute_seconds_ > 0)
+    *record.eta_seconds *= std::max(1.0, wall_seconds() / compute_seconds_);
 }
 
 double RunJob::wall_seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }

@@ -62,7 +62,7 @@ class RunJob : public Slices {
   RevisionRule rule_;
   Clock::time_point begin_{};
   double compute_seconds_ = 0;
-  double told_ = 0;                 ///< wall_seconds of the last event
+  double told_ = 0;  ///< wall_seconds of the last event
   std::uint32_t revision_ = 0;
 };
 

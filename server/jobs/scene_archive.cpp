@@ -1,9 +1,9 @@
 #include "server/jobs/scene_archive.h"
 
+#include <zip.h>
+
 #include <algorithm>
 #include <optional>
-
-#include <zip.h>
 
 namespace photond {
 
@@ -46,13 +46,13 @@ Status check_entry(const zip_stat_t& entry, std::uint64_t total, const ArchiveLi
     return Error{ErrorCode::unsupported, "encrypted zip entries are not supported", name};
   }
   if (entry.size > limits.max_bytes || total + entry.size > limits.max_bytes) {
-    return Error{ErrorCode::limit_exceeded, "the archive unpacks to more than " + std::to_string(limits.max_bytes) +
-                                                " bytes", name};
+    return Error{ErrorCode::limit_exceeded,
+                 "the archive unpacks to more than " + std::to_string(limits.max_bytes) + " bytes", name};
   }
   const std::uint64_t packed = std::max<std::uint64_t>(entry.comp_size, 1);
   if (entry.size > kSmallEntry && entry.size / packed > limits.max_ratio) {
-    return Error{ErrorCode::limit_exceeded, "a zip entry is compressed more than " +
-                                                std::to_string(limits.max_ratio) + ":1", name};
+    return Error{ErrorCode::limit_exceeded,
+                 "a zip entry is compressed more than " + std::to_string(limits.max_ratio) + ":1", name};
   }
   return Done{};
 }
@@ -68,7 +68,8 @@ Result<std::vector<std::byte>> unpack(zip_t* archive, const zip_stat_t& entry) {
     done += static_cast<std::uint64_t>(got);
   }
   std::byte beyond;
-  if (zip_fread(file.get(), &beyond, 1) > 0) return invalid_input("a zip entry is longer than stated", entry.name);
+  if (zip_fread(file.get(), &beyond, 1) > 0)
+    return invalid_input("a zip entry is longer than stated", entry.name);
   return bytes;
 }
 
@@ -91,7 +92,8 @@ ResourceReader SceneArchive::reader() const {
   const std::string folder = slash == std::string::npos ? "" : root.substr(0, slash + 1);
   return [this, folder](const std::string& path) -> Result<std::vector<std::byte>> {
     const auto found = files.find(folder + path);
-    if (found == files.end()) return Error{ErrorCode::not_found, "the archive holds no file " + folder + path, path};
+    if (found == files.end())
+      return Error{ErrorCode::not_found, "the archive holds no file " + folder + path, path};
     return found->second;
   };
 }
@@ -102,15 +104,16 @@ Result<SceneArchive> read_archive(std::span<const std::byte> zip, const ArchiveL
   zip_t* archive = handle->get();
   const zip_int64_t count = zip_get_num_entries(archive, 0);
   if (count < 0 || static_cast<std::uint64_t>(count) > limits.max_entries) {
-    return Error{ErrorCode::limit_exceeded, "the archive holds more than " + std::to_string(limits.max_entries) +
-                                                " entries", ""};
+    return Error{ErrorCode::limit_exceeded,
+                 "the archive holds more than " + std::to_string(limits.max_entries) + " entries", ""};
   }
   SceneArchive result;
   std::uint64_t total = 0;
   for (zip_int64_t i = 0; i < count; ++i) {
     zip_stat_t entry;
     zip_stat_init(&entry);
-    if (zip_stat_index(archive, static_cast<zip_uint64_t>(i), 0, &entry) != 0) return invalid_input("damaged zip");
+    if (zip_stat_index(archive, static_cast<zip_uint64_t>(i), 0, &entry) != 0)
+      return invalid_input("damaged zip");
     if (const Status fine = check_entry(entry, total, limits); !fine) return fine.error();
     const std::string name = entry.name;
     if (name.back() == '/') continue;

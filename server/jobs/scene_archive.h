@@ -15,14 +15,14 @@ namespace photond {
 /// What an archive may unpack to before it is refused.
 struct ArchiveLimits {
   std::uint64_t max_entries = 4'096;
-  std::uint64_t max_bytes = 1ull << 30;   ///< all entries together, unpacked
-  std::uint64_t max_ratio = 200;          ///< unpacked over packed; above 1 MiB unpacked only
+  std::uint64_t max_bytes = 1ull << 30;  ///< all entries together, unpacked
+  std::uint64_t max_ratio = 200;         ///< unpacked over packed; above 1 MiB unpacked only
 };
 
 /// An unpacked zip: exactly one .gltf or .glb and what it refers to.
 struct SceneArchive {
-  std::map<std::string, std::vector<std::byte>> files;   ///< by path inside the archive
-  std::string root;                                      ///< path of the .gltf or .glb
+  std::map<std::string, std::vector<std::byte>> files;  ///< by path inside the archive
+  std::string root;                                     ///< path of the .gltf or .glb
 
   const std::vector<std::byte>& root_bytes() const { return files.at(root); }
   /// Reads resources beside the root file, from this archive only. Refers to this object.

@@ -23,9 +23,11 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
 }
 
 Result<Scene> parse(std::span<const std::byte> bytes, const std::string& media_type) {
-  if (media_type == "model/gltf-binary" || media_type == "model/gltf+json") return read_gltf(bytes, no_resources());
+  if (media_type == "model/gltf-binary" || media_type == "model/gltf+json")
+    return read_gltf(bytes, no_resources());
   if (media_type != "application/zip") {
-    return Error{ErrorCode::unsupported, "scenes are model/gltf-binary, model/gltf+json or application/zip", ""};
+    return Error{ErrorCode::unsupported, "scenes are model/gltf-binary, model/gltf+json or application/zip",
+                 ""};
   }
   const Result<SceneArchive> archive = read_archive(bytes);
   if (!archive) return archive.error();
@@ -59,14 +61,20 @@ Status SceneLibrary::add_samples(const std::string& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(folder, failed)) {
     if (entry.path().extension() == ".glb") paths.push_back(entry.path());
   }
-  if (failed) return Error{ErrorCode::io, "cannot read the samples folder " + folder + ": " + failed.message(), ""};
+  if (failed)
+    return Error{ErrorCode::io, "cannot read the samples folder " + folder + ": " + failed.message(), ""};
   std::sort(paths.begin(), paths.end());
   for (const auto& path : paths) {
     Result<std::vector<std::byte>> bytes = read_file(path);
     if (!bytes) return bytes.error();
-    SceneRecord scene{sha256(*bytes), path.stem().string(), "model/gltf-binary", bytes->size(), true,
+    SceneRecord scene{sha256(*bytes),
+                      path.stem().string(),
+                      "model/gltf-binary",
+                      bytes->size(),
+                      true,
                       std::chrono::system_clock::now()};
-    const Status put = store_.put_scene(scene, std::make_shared<const std::vector<std::byte>>(std::move(*bytes)));
+    const Status put =
+        store_.put_scene(scene, std::make_shared<const std::vector<std::byte>>(std::move(*bytes)));
     if (!put) return put;
   }
   return Done{};
@@ -78,9 +86,11 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
   if (const auto known = store_.scene(id)) return Added{*known, false};
   const Blob blob = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
   const Execution execution = workers_.execution(stop);
-  auto scene = prepared_.get_or_build(id, [&] { return prepare_bytes(blob, media_type, execution); }, stop);
+  auto scene = prepared_.get_or_build(
+      id, [&] { return prepare_bytes(blob, media_type, execution); }, stop);
   if (!scene) return scene.error();
-  auto described = summaries_.get_or_build(id, [&] { return summarize(scene->value, execution); }, stop);
+  auto described = summaries_.get_or_build(
+      id, [&] { return summarize(scene->value, execution); }, stop);
   if (!described) return described.error();
   SceneRecord record{id, "", media_type, blob->size(), false, std::chrono::system_clock::now()};
   if (const Status put = store_.put_scene(record, blob); !put) return put.error();
@@ -131,8 +141,8 @@ Result<Camera> choose_camera(const std::vector<Camera>& cameras, const CameraCho
   }
   if (const auto* index = std::get_if<std::uint32_t>(&choice)) {
     if (*index < cameras.size()) return cameras[*index];
-    return Error{ErrorCode::not_found, "the scene has " + std::to_string(cameras.size()) +
-                                           " cameras; the first is 0", "/camera"};
+    return Error{ErrorCode::not_found,
+                 "the scene has " + std::to_string(cameras.size()) + " cameras; the first is 0", "/camera"};
   }
   const std::string& name = std::get<std::string>(choice);
   for (const Camera& camera : cameras) {

@@ -20,7 +20,7 @@ struct SceneSummary {
   SceneReport report;
   std::vector<Camera> cameras;
   Plan plan;
-  std::uint64_t memory_bytes = sizeof(SceneSummary);   ///< not exact: bounds how many are kept
+  std::uint64_t memory_bytes = sizeof(SceneSummary);  ///< not exact: bounds how many are kept
 };
 
 /// The scenes the service knows. Files are kept in the store; what is derived from them is made when first
@@ -39,7 +39,7 @@ class SceneLibrary {
 
   struct Added {
     SceneRecord scene;
-    bool fresh = false;   ///< not known before
+    bool fresh = false;  ///< not known before
   };
   /// Parses, prepares and stores an upload; nothing is stored where that fails. Errors: those of read_gltf and
   /// read_archive, limit_exceeded of the store, unsupported for other media types, cancelled.
@@ -60,7 +60,7 @@ class SceneLibrary {
   const Workers& workers_;
   SharedCache<Digest, PreparedScene> prepared_;
   SharedCache<Digest, SceneSummary> summaries_;
-  std::counting_semaphore<2> parsing_{2};   ///< parsing takes several times the file's size in memory
+  std::counting_semaphore<2> parsing_{2};  ///< parsing takes several times the file's size in memory
 };
 
 /// The camera a job asks for. Errors: not_found with `where` "/camera".

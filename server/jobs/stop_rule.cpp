@@ -13,7 +13,8 @@ const char* rule_met(const StopRule& stop, const Progress& progress) {
   if (stop.passes && progress.passes >= *stop.passes) return "passes";
   if (stop.seconds && progress.seconds >= *stop.seconds) return "seconds";
   const bool estimated = progress.error.known && progress.passes >= kPassesForEstimate;
-  if (stop.relative_error && estimated && progress.error.relative <= *stop.relative_error) return "relative_error";
+  if (stop.relative_error && estimated && progress.error.relative <= *stop.relative_error)
+    return "relative_error";
   return nullptr;
 }
 

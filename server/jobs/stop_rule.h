@@ -11,7 +11,7 @@ namespace photond {
 /// How far a rendering is.
 struct Progress {
   std::uint32_t passes = 0;
-  double seconds = 0;      ///< of its own computing
+  double seconds = 0;  ///< of its own computing
   ErrorEstimate error;
 };
 

@@ -21,8 +21,9 @@ Status MemoryStore::put_scene(const SceneRecord& scene, Blob bytes) {
   const std::lock_guard lock(mutex_);
   if (scenes_.contains(scene.id)) return Done{};
   if (!scene.sample && scene_bytes_total_ + scene.bytes > scene_budget_bytes_) {
-    return Error{ErrorCode::limit_exceeded,
-                 "the scene store is full (" + std::to_string(scene_budget_bytes_) + " bytes); delete scenes first", ""};
+    return Error{
+        ErrorCode::limit_exceeded,
+        "the scene store is full (" + std::to_string(scene_budget_bytes_) + " bytes); delete scenes first", ""};
   }
   if (!scene.sample) scene_bytes_total_ += scene.bytes;
   scenes_.emplace(scene.id, StoredScene{scene, std::move(bytes), next_order_++});

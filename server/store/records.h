@@ -24,15 +24,22 @@ using Blob = std::shared_ptr<const std::vector<std::byte>>;
 /// One uploaded or shipped scene file; its id is the SHA-256 of the bytes.
 struct SceneRecord {
   Digest id;
-  std::string name;         ///< a sample's file stem, else empty
-  std::string media_type;   ///< model/gltf-binary, model/gltf+json or application/zip
+  std::string name;        ///< a sample's file stem, else empty
+  std::string media_type;  ///< model/gltf-binary, model/gltf+json or application/zip
   std::uint64_t bytes = 0;
-  bool sample = false;      ///< shipped with the server: cannot be deleted
+  bool sample = false;  ///< shipped with the server: cannot be deleted
   WallTime created{};
 };
 
 enum class JobState : std::uint8_t {
-  queued, preparing, rendering, finalizing, succeeded, canceling, canceled, failed
+  queued,
+  preparing,
+  rendering,
+  finalizing,
+  succeeded,
+  canceling,
+  canceled,
+  failed
 };
 inline constexpr int kJobStates = 8;
 
@@ -64,30 +71,30 @@ struct JobSpec {
 struct SeriesPoint {
   std::uint32_t revision = 0;
   std::uint32_t passes = 0;
-  double seconds = 0;                 ///< the job's own compute time
+  double seconds = 0;  ///< the job's own compute time
   std::optional<ErrorEstimate> error;
 };
 
 /// All that is known of a job, at one version.
 struct JobRecord {
   std::string id;
-  std::uint64_t sequence = 0;         ///< ascending with submission
+  std::uint64_t sequence = 0;  ///< ascending with submission
   JobSpec spec;
   JobState state = JobState::queued;
-  std::uint64_t version = 1;          ///< grows with every stored change
+  std::uint64_t version = 1;  ///< grows with every stored change
   WallTime created{};
   std::optional<WallTime> started;
   std::optional<WallTime> finished;
   std::optional<Plan> plan;
   std::uint32_t passes = 0;
-  double seconds = 0;                 ///< the job's own compute time
+  double seconds = 0;  ///< the job's own compute time
   std::optional<ErrorEstimate> error;
   std::optional<double> eta_seconds;  ///< on the wall clock
   std::uint64_t map_hits = 0;
   std::uint64_t map_misses = 0;
-  std::uint32_t revision = 0;         ///< of the newest picture; 0: none yet
+  std::uint32_t revision = 0;                 ///< of the newest picture; 0: none yet
   std::optional<double> first_frame_seconds;  ///< from leaving the queue to revision 1, wall clock
-  std::optional<Error> failure;       ///< of a failed job
+  std::optional<Error> failure;               ///< of a failed job
   std::vector<SeriesPoint> series;
 };
 
@@ -95,7 +102,7 @@ enum class EventKind : std::uint8_t { state, progress, frame };
 
 /// Something that happened to a job, with the numbers of that moment.
 struct Event {
-  std::uint64_t id = 0;               ///< ascending over all jobs
+  std::uint64_t id = 0;  ///< ascending over all jobs
   EventKind kind = EventKind::state;
   WallTime time{};
   std::string job;

@@ -1,13 +1,13 @@
 #include "tests/server/http_client.h"
 
-#include <algorithm>
-#include <cctype>
-
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
 
 namespace photond::test {
 

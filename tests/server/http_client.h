@@ -10,7 +10,7 @@ namespace photond::test {
 
 /// What came back; header names in lower case.
 struct Reply {
-  int status = 0;   ///< 0: no answer
+  int status = 0;  ///< 0: no answer
   std::map<std::string, std::string> headers;
   std::string body;
 };

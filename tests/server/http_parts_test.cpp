@@ -1,8 +1,8 @@
-#include <filesystem>
-#include <fstream>
-
 #include <gtest/gtest.h>
 #include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 #include "server/http/route_table.h"
 #include "server/http/static_files.h"
@@ -17,7 +17,8 @@ TEST(RouteTable, MatchesWholeSegments) {
   EXPECT_EQ(match_path("/v1/jobs/{id}", "/v1/jobs/x.y"), Values{"x.y"});
   EXPECT_EQ(match_path("/v1/scenes/{id}.glb", "/v1/scenes/abc.glb"), Values{"abc"});
   EXPECT_EQ(match_path("/f/{rev}.{format}", "/f/12.png"), (Values{"12", "png"}));
-  for (const char* path : {"", "/", "v1/jobs/x", "/v1/jobs", "/v1/jobs/", "/v1/jobs//", "/v1/jobs/x/", "/v1/jobs/x/y"}) {
+  for (const char* path :
+       {"", "/", "v1/jobs/x", "/v1/jobs", "/v1/jobs/", "/v1/jobs//", "/v1/jobs/x/", "/v1/jobs/x/y"}) {
     EXPECT_FALSE(match_path("/v1/jobs/{id}", path)) << path;
   }
   EXPECT_FALSE(match_path("/v1/scenes/{id}.glb", "/v1/scenes/abc"));
@@ -43,7 +44,8 @@ TEST(StaticFiles, ServesExactlyTheFilesOfTheFolder) {
   ASSERT_NE(script, nullptr);
   EXPECT_EQ(script->content_type, "text/javascript; charset=utf-8");
   EXPECT_NE(script->headers[0].second.find("immutable"), std::string::npos);
-  for (const char* path : {"/passwd", "/../etc/passwd", "/assets/../index.html", "/assets", "//index.html", ""}) {
+  for (const char* path :
+       {"/passwd", "/../etc/passwd", "/assets/../index.html", "/assets", "//index.html", ""}) {
     EXPECT_EQ(files->find(path), nullptr) << path;
   }
   EXPECT_FALSE(StaticFiles::load("/no/such/folder").ok());

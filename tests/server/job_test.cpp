@@ -1,8 +1,8 @@
 #include "server/jobs/job.h"
 
-#include <thread>
-
 #include <gtest/gtest.h>
+
+#include <thread>
 
 #include "server/jobs/jobs.h"
 #include "server/jobs/stop_rule.h"

@@ -1,6 +1,6 @@
-#include <string>
-
 #include <gtest/gtest.h>
+
+#include <string>
 
 #include "server/api/job_message.h"
 
@@ -14,7 +14,9 @@ Result<JobSpec> parse(const std::string& text) {
 }
 
 /// A message with `fields` added to what is needed.
-Result<JobSpec> parse_with(const std::string& fields) { return parse("{\"scene\":\"" + kScene + "\"," + fields + "}"); }
+Result<JobSpec> parse_with(const std::string& fields) {
+  return parse("{\"scene\":\"" + kScene + "\"," + fields + "}");
+}
 
 TEST(ParseJob, EveryFieldButTheSceneHasADefault) {
   const auto spec = parse("{\"scene\":\"" + kScene + "\"}");
@@ -98,7 +100,9 @@ TEST(ParseJob, NamesTheFieldThatIsWrong) {
 }
 
 TEST(ParseJson, RefusesWhatTheLibraryWouldLetPass) {
-  const auto refuses = [](const std::string& text) { return !parse(text).ok() && parse(text).error().where.empty(); };
+  const auto refuses = [](const std::string& text) {
+    return !parse(text).ok() && parse(text).error().where.empty();
+  };
   EXPECT_TRUE(refuses(""));
   EXPECT_TRUE(refuses("{"));
   EXPECT_TRUE(refuses("[]"));

@@ -1,12 +1,12 @@
 #include "server/jobs/scene_archive.h"
 
+#include <gtest/gtest.h>
+#include <zip.h>
+
 #include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <gtest/gtest.h>
-#include <zip.h>
 
 namespace photond {
 namespace {
@@ -41,7 +41,8 @@ ErrorCode refusal(const Entries& entries, const ArchiveLimits& limits = {}) {
 }
 
 TEST(SceneArchive, ReadsResourcesBesideTheRootOnly) {
-  const auto archive = read_archive(make_zip({{"a/scene.gltf", "{}"}, {"a/t/x.png", "pixels"}, {"x.png", "other"}}));
+  const auto archive =
+      read_archive(make_zip({{"a/scene.gltf", "{}"}, {"a/t/x.png", "pixels"}, {"x.png", "other"}}));
   ASSERT_TRUE(archive.ok()) << archive.error().message;
   EXPECT_EQ(archive->root, "a/scene.gltf");
   EXPECT_EQ(archive->root_bytes().size(), 2u);
@@ -61,7 +62,8 @@ TEST(SceneArchive, RefusesWhatIsNotOneScene) {
 }
 
 TEST(SceneArchive, RefusesBombs) {
-  EXPECT_EQ(refusal({{"a.gltf", "{}"}, {"b", std::string(8 << 20, '\0')}}), ErrorCode::limit_exceeded) << "ratio";
+  EXPECT_EQ(refusal({{"a.gltf", "{}"}, {"b", std::string(8 << 20, '\0')}}), ErrorCode::limit_exceeded)
+      << "ratio";
   ArchiveLimits limits;
   limits.max_bytes = 1000;
   EXPECT_EQ(refusal({{"a.gltf", "{}"}, {"b", std::string(999, 'x')}}, limits), ErrorCode::limit_exceeded);
@@ -74,7 +76,7 @@ TEST(SceneArchive, RefusesDamage) {
   std::vector<std::byte> zip = make_zip({{"a.gltf", std::string(5000, '{')}});
   EXPECT_FALSE(read_archive(std::span(zip).first(zip.size() / 2)).ok());
   EXPECT_FALSE(read_archive({}).ok());
-  for (std::size_t i = 0; i < zip.size(); ++i) {   // no byte of it may lead to a crash
+  for (std::size_t i = 0; i < zip.size(); ++i) {  // no byte of it may lead to a crash
     std::vector<std::byte> changed = zip;
     changed[i] ^= std::byte{0xff};
     const auto archive = read_archive(changed);

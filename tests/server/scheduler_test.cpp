@@ -1,11 +1,11 @@
 #include "server/jobs/scheduler.h"
 
+#include <gtest/gtest.h>
+
 #include <atomic>
 #include <functional>
 #include <mutex>
 #include <string>
-
-#include <gtest/gtest.h>
 
 namespace photond {
 namespace {
@@ -103,7 +103,10 @@ TEST(Scheduler, OnlySoManyTakeTurnsAtOnce) {
         }
       },
       17);
-  EXPECT_EQ(turns, "abcdefgh" "ibcdefghi") << "the ninth waits until the first has ended";
+  EXPECT_EQ(turns,
+            "abcdefgh"
+            "ibcdefghi")
+      << "the ninth waits until the first has ended";
 }
 
 TEST(Scheduler, WithdrawnWorkHasNoMoreTurns) {

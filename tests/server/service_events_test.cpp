@@ -97,7 +97,8 @@ TEST_F(ServiceTest, TheStreamOfAllTellsOfNewJobsOfSomeOnlyOfThem) {
 }
 
 TEST_F(ServiceTest, EightOpenStreamsDoNotKeepOthersFromBeingServed) {
-  const std::string id = submit(upload(), R"("method":"path","film":{"width":300,"height":300},"stop":{"seconds":60})");
+  const std::string id =
+      submit(upload(), R"("method":"path","film":{"width":300,"height":300},"stop":{"seconds":60})");
   std::vector<std::unique_ptr<Connection>> streams;
   for (int i = 0; i < 8; ++i) {
     streams.push_back(std::make_unique<Connection>(port_));

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <memory>
-#include <string>
-
 #include <gtest/gtest.h>
+
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "server/service.h"
 #include "tests/server/http_client.h"
@@ -37,7 +37,8 @@ class ServiceTest : public ::testing::Test {
 
   /// Submits a job with `fields` beside the scene; a small film unless they say otherwise.
   std::string submit(const std::string& scene, const std::string& fields) {
-    const std::string film = fields.find("\"film\"") == std::string::npos ? R"("film":{"width":16,"height":12},)" : "";
+    const std::string film =
+        fields.find("\"film\"") == std::string::npos ? R"("film":{"width":16,"height":12},)" : "";
     const Reply reply = post_json(port_, "/v1/jobs", "{\"scene\":\"" + scene + "\"," + film + fields + "}");
     EXPECT_EQ(reply.status, 202) << reply.body;
     return nlohmann::json::parse(reply.body, nullptr, false).value("id", "");

@@ -1,8 +1,8 @@
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 #include <thread>
-
-#include <unistd.h>
 
 #include "tests/server/service_fixture.h"
 
@@ -38,14 +38,19 @@ TEST_F(ServiceTest, TheContractDescribesEveryRouteThatAnswers) {
   EXPECT_EQ(contract["openapi"], "3.1.0");
   for (const auto& [path, operations] : contract["paths"].items()) {
     std::string target = path;
-    const std::pair<std::string, std::string> samples[] = {{"{rev}", "1"}, {"{format}", "png"}, {"{id}", "none"},
-                                                           {"{key}", "none"}};
+    const std::pair<std::string, std::string> samples[] = {
+        {"{rev}", "1"}, {"{format}", "png"}, {"{id}", "none"}, {"{key}", "none"}};
     for (const auto& [name, value] : samples) {
       if (const auto at = target.find(name); at != std::string::npos) target.replace(at, name.size(), value);
     }
-    if (target.find("events") != std::string::npos && target.find("none") == std::string::npos) continue;  // endless
+    if (target.find("events") != std::string::npos && target.find("none") == std::string::npos)
+      continue;  // endless
     for (const auto& [method, operation] : operations.items()) {
-      const Reply reply = request(port_, method == "get" ? "GET" : method == "post" ? "POST" : "DELETE", target);
+      const Reply reply = request(port_,
+                                  method == "get"    ? "GET"
+                                  : method == "post" ? "POST"
+                                                     : "DELETE",
+                                  target);
       const bool found = reply.status != 405 && reply.body.find("nothing at this path") == std::string::npos;
       EXPECT_TRUE(found) << method << " " << target << " " << reply.status;
       EXPECT_LT(reply.status, 500);
@@ -67,7 +72,8 @@ TEST_F(ServiceTest, UnknownPathsAndMethodsAreProblems) {
   EXPECT_EQ(get(port_, "/" + std::string(2000, 'a')).status, 414);
   EXPECT_EQ(get(port_, "/v1/jobs%0d%0aX:%20y").status, 404);
   EXPECT_EQ(send_raw(port_, "NONSENSE\r\n\r\n").status, 400);
-  EXPECT_EQ(request(port_, "POST", "/v1/jobs/x/cancel", "", "", {{"Sec-Fetch-Site", "cross-site"}}).status, 403);
+  EXPECT_EQ(request(port_, "POST", "/v1/jobs/x/cancel", "", "", {{"Sec-Fetch-Site", "cross-site"}}).status,
+            403);
   Fields many(150, {"X-Many", "1"});
   EXPECT_EQ(get(port_, "/healthz", many).status, 431);
 }
@@ -78,7 +84,8 @@ TEST_F(ServiceTest, BodiesAreLimitedHoweverTheyAreSent) {
   start(options);
   const std::string big(200'000, 'x');
   EXPECT_EQ(request(port_, "POST", "/v1/scenes", big, "model/gltf-binary").status, 413);
-  EXPECT_EQ(send_raw(port_, upload_head("Transfer-Encoding: chunked\r\n") + chunked_body(200, 1000)).status, 413);
+  EXPECT_EQ(send_raw(port_, upload_head("Transfer-Encoding: chunked\r\n") + chunked_body(200, 1000)).status,
+            413);
   const std::string length = "Content-Length: 10\r\n";
   const std::string body(10, 'x');
   EXPECT_EQ(send_raw(port_, upload_head(length + "Content-Encoding: gzip\r\n") + body).status, 415);
@@ -88,18 +95,20 @@ TEST_F(ServiceTest, BodiesAreLimitedHoweverTheyAreSent) {
   EXPECT_EQ(send_raw(port_, upload_head("Content-Length: ten\r\n") + body).status, 400);
   EXPECT_EQ(send_raw(port_, upload_head("")).status, 411);
   EXPECT_EQ(send_raw(port_, upload_head(length)).status, 400) << "the body never comes";
-  EXPECT_EQ(request(port_, "POST", "/v1/scenes", "--b\r\n\r\n--b--", "multipart/form-data; boundary=b").status, 415);
+  EXPECT_EQ(request(port_, "POST", "/v1/scenes", "--b\r\n\r\n--b--", "multipart/form-data; boundary=b").status,
+            415);
   const std::string first_asks = upload_head("Content-Length: 200000\r\nExpect: 100-continue\r\n");
   EXPECT_EQ(send_raw(port_, first_asks).status, 413) << "refused before it is sent";
-  EXPECT_EQ(send_raw(port_, upload_head("Transfer-Encoding: chunked\r\n") + "5\r\nabcde\r\n0\r\n\r\n").status, 422)
+  EXPECT_EQ(send_raw(port_, upload_head("Transfer-Encoding: chunked\r\n") + "5\r\nabcde\r\n0\r\n\r\n").status,
+            422)
       << "within the limit, chunked is as good as any: this is merely no scene";
 }
 
 TEST_F(ServiceTest, AnUnreadBodyIsNoSecondRequest) {
   const std::string hidden = "GET /v1/info HTTP/1.1\r\nHost: x\r\n\r\n";
   Connection connection(port_);
-  connection.send("GET /healthz HTTP/1.1\r\nHost: x\r\nContent-Length: " + std::to_string(hidden.size()) + "\r\n\r\n" +
-                  hidden);
+  connection.send("GET /healthz HTTP/1.1\r\nHost: x\r\nContent-Length: " + std::to_string(hidden.size()) +
+                  "\r\n\r\n" + hidden);
   const std::string raw = connection.read_all();
   EXPECT_EQ(raw.find("max_upload_bytes"), std::string::npos);
   EXPECT_LE(raw.find("HTTP/1.1"), raw.rfind("HTTP/1.1"));
@@ -109,7 +118,8 @@ TEST_F(ServiceTest, AnUnreadBodyIsNoSecondRequest) {
 TEST_F(ServiceTest, RangesAreIgnored) {
   const std::string target = "/v1/openapi.json";
   const Reply whole = get(port_, target);
-  for (const char* range : {"bytes=0-0", "bytes=5-,6-,7-,8-", "bytes=99999999-", "bytes=-5", "bytes=0-99999999"}) {
+  for (const char* range :
+       {"bytes=0-0", "bytes=5-,6-,7-,8-", "bytes=99999999-", "bytes=-5", "bytes=0-99999999"}) {
     const Reply reply = get(port_, target, {{"Range", range}});
     EXPECT_TRUE(reply.status == 200 || reply.status == 416) << range << " " << reply.status;
     EXPECT_TRUE(reply.status == 416 || reply.body == whole.body) << range;

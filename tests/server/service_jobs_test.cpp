@@ -9,7 +9,9 @@ namespace {
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text.data(), text.size())); }
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
 
 TEST_F(ServiceTest, AJobRunsToAPicture) {
   const std::string id = submit(upload(), R"("method":"path","stop":{"passes":5},"label":"first")");
@@ -78,15 +80,16 @@ TEST_F(ServiceTest, ALongPollWaitsForTheNextVersion) {
   }
   const Reply first = get(port_, "/v1/jobs/" + id + "/frames/latest.jpg?after=0&wait=20");
   ASSERT_EQ(first.status, 200);
-  const Reply next = get(port_, "/v1/jobs/" + id + "/frames/latest.jpg?wait=20&after=" +
-                                    first.headers.at("photond-revision"));
+  const Reply next =
+      get(port_, "/v1/jobs/" + id + "/frames/latest.jpg?wait=20&after=" + first.headers.at("photond-revision"));
   ASSERT_EQ(next.status, 200);
   EXPECT_NE(next.headers.at("etag"), first.headers.at("etag"));
   EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/cancel").status, 202);
   wait_for_end(id);
   reply = get(port_, "/v1/jobs/" + id);
   const Clock::time_point begin = Clock::now();
-  EXPECT_EQ(get(port_, "/v1/jobs/" + id + "?wait=1", {{"If-None-Match", reply.headers.at("etag")}}).status, 304);
+  EXPECT_EQ(get(port_, "/v1/jobs/" + id + "?wait=1", {{"If-None-Match", reply.headers.at("etag")}}).status,
+            304);
   EXPECT_GE(Clock::now() - begin, std::chrono::milliseconds(900));
 }
 
@@ -114,8 +117,8 @@ TEST_F(ServiceTest, ASecondJobFindsTheMapsOfTheFirst) {
   ASSERT_EQ(cold["state"], "succeeded") << cold;
   EXPECT_EQ(cold["maps"]["hits"], 0);
   EXPECT_EQ(cold["maps"]["misses"], 4);
-  const json warm = wait_for_end(
-      submit(scene, common + R"(,"camera":"above","radius":0.2,"film":{"width":20,"height":10})"));
+  const json warm =
+      wait_for_end(submit(scene, common + R"(,"camera":"above","radius":0.2,"film":{"width":20,"height":10})"));
   EXPECT_EQ(warm["maps"]["hits"], 4) << warm;
   EXPECT_EQ(warm["maps"]["misses"], 0);
   // The same content in another file: cameras and names are not part of it.
@@ -163,7 +166,8 @@ TEST_F(ServiceTest, JobsOfAClassShareTheCores) {
   const auto until_a = Clock::now() - begin;
   wait_for_end(b);
   const auto until_b = Clock::now() - begin;
-  EXPECT_LT(until_b, until_a + until_a / 2) << "turn by turn they end together; one after the other it is twice";
+  EXPECT_LT(until_b, until_a + until_a / 2)
+      << "turn by turn they end together; one after the other it is twice";
 }
 
 TEST_F(ServiceTest, MistakesAreNamedByPointer) {
@@ -191,8 +195,8 @@ TEST_F(ServiceTest, MistakesAreNamedByPointer) {
 }
 
 TEST_F(ServiceTest, ADryRunOnlyPlans) {
-  const Reply reply = post_json(port_, "/v1/jobs?dry_run=true",
-                                "{\"scene\":\"" + upload() + R"(","method":"progressive"})");
+  const Reply reply =
+      post_json(port_, "/v1/jobs?dry_run=true", "{\"scene\":\"" + upload() + R"(","method":"progressive"})");
   ASSERT_EQ(reply.status, 200) << reply.body;
   EXPECT_EQ(json::parse(reply.body)["plan"]["method"], "progressive");
   EXPECT_EQ(json::parse(get(port_, "/v1/jobs").body)["jobs"].size(), 0u);
@@ -202,14 +206,16 @@ TEST_F(ServiceTest, TheListOfJobsIsFilteredAndPaged) {
   const std::string scene = upload();
   std::vector<std::string> ids;
   for (int i = 0; i < 5; ++i) {
-    ids.push_back(submit(scene, R"("method":"path","stop":{"passes":1},"label":")" + std::string(i % 2 ? "odd" : "even") + "\""));
+    ids.push_back(submit(scene, R"("method":"path","stop":{"passes":1},"label":")" +
+                                    std::string(i % 2 ? "odd" : "even") + "\""));
   }
   for (const std::string& id : ids) wait_for_end(id);
   const json page = json::parse(get(port_, "/v1/jobs?limit=3").body);
   ASSERT_EQ(page["jobs"].size(), 3u);
   EXPECT_EQ(page["jobs"][0]["id"], ids[4]);
-  submit(scene, R"("method":"path","stop":{"passes":1})");   // inserts do not shift the next page
-  const json rest = json::parse(get(port_, "/v1/jobs?limit=3&cursor=" + page["next_cursor"].get<std::string>()).body);
+  submit(scene, R"("method":"path","stop":{"passes":1})");  // inserts do not shift the next page
+  const json rest =
+      json::parse(get(port_, "/v1/jobs?limit=3&cursor=" + page["next_cursor"].get<std::string>()).body);
   ASSERT_EQ(rest["jobs"].size(), 2u);
   EXPECT_EQ(rest["jobs"][0]["id"], ids[1]);
   EXPECT_TRUE(rest["next_cursor"].is_null());

@@ -1,8 +1,8 @@
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 #include <thread>
-
-#include <unistd.h>
 
 #include "core/base/digest.h"
 #include "tests/server/service_fixture.h"

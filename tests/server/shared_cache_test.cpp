@@ -1,10 +1,10 @@
 #include "server/jobs/shared_cache.h"
 
+#include <gtest/gtest.h>
+
 #include <atomic>
 #include <string>
 #include <thread>
-
-#include <gtest/gtest.h>
 
 namespace photond {
 namespace {
@@ -15,11 +15,14 @@ struct Thing {
 };
 using Cache = SharedCache<std::string, Thing>;
 
-Result<Cache::Shared> thing(int id, std::uint64_t bytes) { return std::make_shared<const Thing>(Thing{id, bytes}); }
+Result<Cache::Shared> thing(int id, std::uint64_t bytes) {
+  return std::make_shared<const Thing>(Thing{id, bytes});
+}
 
 /// Asks for `key` with a builder that must not be needed.
 bool is_cached(Cache& cache, const std::string& key) {
-  const auto answer = cache.get_or_build(key, [] { return thing(-1, 0); }, {}, false);
+  const auto answer = cache.get_or_build(
+      key, [] { return thing(-1, 0); }, {}, false);
   return answer->hit;
 }
 
@@ -93,14 +96,13 @@ TEST(SharedCache, AWaiterBuildsWhereTheBuilderIsCancelled) {
   Cache cache(100);
   std::atomic<int> building = 0, release = 0;
   std::thread builder([&] {
-    const auto answer = cache.get_or_build(
-        "a",
-        [&]() -> Result<Cache::Shared> {
-          ++building;
-          wait_for(release, 1);
-          return cancelled();
-        },
-        {});
+    const auto answer = cache.get_or_build("a",
+                                           [&]() -> Result<Cache::Shared> {
+                                             ++building;
+                                             wait_for(release, 1);
+                                             return cancelled();
+                                           },
+                                           {});
     EXPECT_FALSE(answer.ok());
   });
   wait_for(building, 1);
@@ -122,7 +124,8 @@ TEST(SharedCache, AWaiterBuildsWhereTheBuilderIsCancelled) {
 
 TEST(SharedCache, WaitersGetTheBuildersErrorAndTheNextOneTriesAgain) {
   Cache cache(100);
-  const auto failed = cache.get_or_build("a", []() -> Result<Cache::Shared> { return invalid_input("bad"); }, {});
+  const auto failed =
+      cache.get_or_build("a", []() -> Result<Cache::Shared> { return invalid_input("bad"); }, {});
   ASSERT_FALSE(failed.ok());
   EXPECT_EQ(failed.error().message, "bad");
   EXPECT_TRUE(cache.get_or_build("a", [] { return thing(1, 1); }, {}).ok());
@@ -132,19 +135,19 @@ TEST(SharedCache, AWaiterLeavesWhenItsOwnTokenAsks) {
   Cache cache(100);
   std::atomic<int> building = 0, release = 0;
   std::thread builder([&] {
-    (void)cache.get_or_build(
-        "a",
-        [&] {
-          ++building;
-          wait_for(release, 1);
-          return thing(1, 1);
-        },
-        {});
+    (void)cache.get_or_build("a",
+                             [&] {
+                               ++building;
+                               wait_for(release, 1);
+                               return thing(1, 1);
+                             },
+                             {});
   });
   wait_for(building, 1);
   std::stop_source stop;
   std::thread waiter([&] {
-    const auto answer = cache.get_or_build("a", [] { return thing(2, 1); }, stop.get_token());
+    const auto answer = cache.get_or_build(
+        "a", [] { return thing(2, 1); }, stop.get_token());
     ASSERT_FALSE(answer.ok());
     EXPECT_EQ(answer.error().code, ErrorCode::cancelled);
   });
@@ -166,7 +169,8 @@ TEST(SharedCache, ForgetsOnRequest) {
 
 TEST(SharedCache, DoesNotKeepWhereAskedNotTo) {
   Cache cache(100);
-  const auto answer = cache.get_or_build("a", [] { return thing(1, 10); }, {}, false);
+  const auto answer = cache.get_or_build(
+      "a", [] { return thing(1, 10); }, {}, false);
   EXPECT_FALSE(answer->hit);
   EXPECT_FALSE(is_cached(cache, "a"));
 }

@@ -23,7 +23,8 @@ std::string document(const std::string& name, const std::string& buffer) {
 "accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[-1,0,-1],"max":[1,0,1]},
 {"bufferView":1,"componentType":5123,"count":6,"type":"SCALAR"}],
 "bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":12}],
-"buffers":[{"byteLength":60)" + buffer + "}]}";
+"buffers":[{"byteLength":60)" +
+         buffer + "}]}";
 }
 
 void append(std::string& text, std::uint32_t value) {
