@@ -3,7 +3,7 @@
 
 #include <array>
 #include <cmath>
-#include <memory>
+#include <new>
 
 #include "core/math/rng.h"
 #include "core/trace/medium.h"
@@ -67,7 +67,7 @@ class PhotonWalk {
  private:
   void store(const SurfacePoint& surface, const Vec3& wi) {
     auto& photons = specular_chain_ ? block_->caustic : block_->global;
-    photons.push_back({surface.position, encode_direction(wi), encode_direction(surface.ng), flux_});
+    photons.emplace_back(surface.position, encode_direction(wi), encode_direction(surface.ng), flux_);
   }
 
   bool scatter(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask gathered, const Vec3& wi) {
@@ -142,7 +142,7 @@ PhotonBlock shoot(const PreparedScene& scene, const MapKey& key, std::uint64_t f
   while (active > 0) {
     for (std::size_t i = 0; i < active; ++i) {
       if (record != nullptr) record->push_back(walks[i].ray());
-      std::construct_at(&hits[i], scene.accel.intersect(walks[i].ray()));  // in place: a copy would wait for it
+      new (&hits[i]) Hit(scene.accel.intersect(walks[i].ray()));  // in place: a copy would stall on its stores
       prefetch_triangle(scene.scene, hits[i]);
     }
     block.rays += active;

@@ -211,7 +211,13 @@ float Bsdf::pdf(const Vec3& wi_world, LobeMask mask) const {
 }
 
 std::optional<BsdfSample> Bsdf::sample(const Vec3& u, LobeMask mask, Transport transport) const {
-  mask &= lobes_;
+  std::optional<BsdfSample> result(std::in_place);
+  if (!sample_lobe(u, mask & lobes_, transport, *result)) result.reset();
+  return result;
+}
+
+bool Bsdf::sample_lobe(const Vec3& u, LobeMask mask, Transport transport, BsdfSample& out) const {
+  if (mask == kDiffuseLobe) return sample_diffuse(Vec2(u), mask, transport, out);
   float choice = u.z;
   for (const LobeMask lobe : {kDiffuseLobe, kReflectionLobe, kGlassLobe}) {
     if ((mask & lobe) == 0) continue;
@@ -221,68 +227,76 @@ std::optional<BsdfSample> Bsdf::sample(const Vec3& u, LobeMask mask, Transport t
       choice -= p;
       continue;
     }
-    if (p <= 0) return std::nullopt;
-    if (lobe == kDiffuseLobe) return sample_diffuse(Vec2(u), mask, transport);
-    if (lobe == kReflectionLobe) return sample_reflection(Vec2(u), mask, transport);
-    return sample_glass(Vec2(u), std::min(choice / p, 0x1.fffffep-1f), mask, transport);
+    if (p <= 0) return false;
+    if (lobe == kDiffuseLobe) return sample_diffuse(Vec2(u), mask, transport, out);
+    if (lobe == kReflectionLobe) return sample_reflection(Vec2(u), mask, transport, out);
+    return sample_glass(Vec2(u), std::min(choice / p, 0x1.fffffep-1f), mask, transport, out);
   }
-  return std::nullopt;
+  return false;
 }
 
-std::optional<BsdfSample> Bsdf::sample_diffuse(const Vec2& u, LobeMask mask, Transport transport) const {
+bool Bsdf::sample_diffuse(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
   const Vec3 wi = square_to_cosine_hemisphere(u);
-  if (mask != kDiffuseLobe) return finish(wi, kDiffuseLobe, mask, transport);
+  if (mask != kDiffuseLobe) return finish(wi, kDiffuseLobe, mask, transport, out);
   // The common case, alone and without division: f·cos/pdf is the albedo.
-  const Vec3 world = frame_.to_world(wi);
-  if (!(wi.z > 0) || !(glm::dot(world, ng_) > 0)) return std::nullopt;
-  const Rgb weight = diffuse_ * (layer_out_ * layer_scale(wi.z));
-  return BsdfSample{world, weight, wi.z * kInvPi, kDiffuseLobe, false, false};
+  out.wi = frame_.to_world(wi);
+  out.weight = diffuse_ * (layer_out_ * layer_scale(wi.z));
+  out.pdf_w = wi.z * kInvPi;
+  out.lobe = kDiffuseLobe;
+  return wi.z > 0 && glm::dot(out.wi, ng_) > 0;
 }
 
-std::optional<BsdfSample> Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport) const {
+bool Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
   if (alpha_ < kDeltaAlpha) {
     const Vec3 wi{-wo_.x, -wo_.y, wo_.z};
-    const Vec3 world = frame_.to_world(wi);
-    if (!same_side(wi, world)) return std::nullopt;
-    const Rgb weight = reflection_fresnel(wo_.z) / selection(kReflectionLobe, mask);
-    return BsdfSample{world, weight, 0, kReflectionLobe, true, false};
+    out.wi = frame_.to_world(wi);
+    out.weight = reflection_fresnel(wo_.z) / selection(kReflectionLobe, mask);
+    out.lobe = kReflectionLobe;
+    out.delta = true;
+    return same_side(wi, out.wi);
   }
   const Vec3 h = ggx_sample_visible(wo_, alpha_, u);
   const Vec3 wi = 2 * glm::dot(wo_, h) * h - wo_;
-  if (wi.z <= 0) return std::nullopt;
-  return finish(wi, kReflectionLobe, mask, transport);
+  return wi.z > 0 && finish(wi, kReflectionLobe, mask, transport, out);
 }
 
-std::optional<BsdfSample> Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport) const {
+bool Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const {
   const bool delta = alpha_ < kDeltaAlpha;
   const Vec3 h = delta ? Vec3(0, 0, 1) : ggx_sample_visible(wo_, alpha_, u);
   const float cos_h = glm::dot(wo_, h);
-  if (cos_h <= 0) return std::nullopt;
+  if (cos_h <= 0) return false;
   float cos_t = 0;
   const float fresnel = glass_reflectance(cos_h, cos_t);
   const bool reflected = choice < fresnel;
   Vec3 wi = 2 * cos_h * h - wo_;
   if (!reflected) wi = thin_ ? mirror_z(wi) : -wo_ / eta_ + (cos_h / eta_ - cos_t) * h;
-  if (reflected ? wi.z <= 0 : wi.z >= 0) return std::nullopt;
-  if (!delta) return finish(glm::normalize(wi), kGlassLobe, mask, transport);
+  if (reflected ? wi.z <= 0 : wi.z >= 0) return false;
+  if (!delta) return finish(glm::normalize(wi), kGlassLobe, mask, transport, out);
 
-  const Vec3 world = glm::normalize(frame_.to_world(wi));
-  if (!same_side(wi, world)) return std::nullopt;
+  out.wi = glm::normalize(frame_.to_world(wi));
+  out.lobe = kGlassLobe;
+  out.delta = true;
+  out.transmitted = !reflected;
   const float scale = glass_weight_ / selection(kGlassLobe, mask);
-  if (reflected) return BsdfSample{world, scale * glass_specular_, 0, kGlassLobe, true, false};
-  const float lost = (1 - max_component(glass_specular_) * fresnel) / (1 - fresnel);
-  const bool compressed = transport == Transport::radiance && !thin_;
-  const float radiance = compressed ? 1 / (eta_ * eta_) : 1.0f;
-  return BsdfSample{world, scale * lost * radiance * glass_tint_, 0, kGlassLobe, true, true};
+  if (reflected) {
+    out.weight = scale * glass_specular_;
+  } else {
+    const float through = (1 - max_component(glass_specular_) * fresnel) / (1 - fresnel);
+    const bool compressed = transport == Transport::radiance && !thin_;
+    out.weight = scale * through * (compressed ? 1 / (eta_ * eta_) : 1.0f) * glass_tint_;
+  }
+  return same_side(wi, out.wi);
 }
 
-std::optional<BsdfSample> Bsdf::finish(const Vec3& wi, LobeMask lobe, LobeMask mask, Transport transport) const {
-  const Vec3 world = frame_.to_world(wi);
-  if (!same_side(wi, world)) return std::nullopt;
-  const float density = pdf(world, mask);
-  if (!(density > 0)) return std::nullopt;
-  const Rgb weight = eval(world, mask, transport) * (std::abs(wi.z) / density);
-  return BsdfSample{world, weight, density, lobe, false, wi.z < 0};
+bool Bsdf::finish(const Vec3& wi, LobeMask lobe, LobeMask mask, Transport transport, BsdfSample& out) const {
+  out.wi = frame_.to_world(wi);
+  out.lobe = lobe;
+  out.transmitted = wi.z < 0;
+  if (!same_side(wi, out.wi)) return false;
+  out.pdf_w = pdf(out.wi, mask);
+  if (!(out.pdf_w > 0)) return false;
+  out.weight = eval(out.wi, mask, transport) * (std::abs(wi.z) / out.pdf_w);
+  return true;
 }
 
 }  // namespace photond

@@ -69,10 +69,13 @@ class Bsdf {
   float pdf_glass(const Vec3& wi) const;
   float glass_reflectance(float cos_h, float& cos_t) const;
 
-  std::optional<BsdfSample> sample_diffuse(const Vec2& u, LobeMask mask, Transport transport) const;
-  std::optional<BsdfSample> sample_reflection(const Vec2& u, LobeMask mask, Transport transport) const;
-  std::optional<BsdfSample> sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport) const;
-  std::optional<BsdfSample> finish(const Vec3& wi_local, LobeMask lobe, LobeMask mask, Transport transport) const;
+  // These fill in what their caller returns, and are false where nothing is scattered: copies of a sample made
+  // member by member stall on their stores.
+  bool sample_lobe(const Vec3& u, LobeMask mask, Transport transport, BsdfSample& out) const;
+  bool sample_diffuse(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const;
+  bool sample_reflection(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const;
+  bool sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const;
+  bool finish(const Vec3& wi_local, LobeMask lobe, LobeMask mask, Transport transport, BsdfSample& out) const;
 
   Frame frame_;
   Vec3 ng_{0};

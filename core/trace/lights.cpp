@@ -38,7 +38,7 @@ EmitterPoint emitter_point(const Scene& scene, const Light& light, const Vec2& u
   s.u = world.mirrored ? uv.y : uv.x;
   s.v = world.mirrored ? uv.x : uv.y;
   s.extent = 0;
-  s.ng = s.ns = length > 0 ? normal / length : Vec3(0, 0, 1);
+  s.ng = s.ns = length > 0 ? normal * (1 / length) : Vec3(0, 0, 1);
   for (const Vec3& p : {world.a, world.b, world.c}) s.extent = std::max(s.extent, max_component(glm::abs(p)));
   return point;
 }

@@ -96,7 +96,22 @@ Vec3 visible_normal(const Vec3& ns, const Vec3& ng, const Vec3& wo) {
 
 }  // namespace
 
-TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
+namespace {
+
+// Unit normal of a triangle with edges ab, ac, whatever their length; z where the triangle is degenerate.
+inline Vec3 unit_normal(const Vec3 ab, const Vec3 ac) {
+  Vec3 n = glm::cross(ab, ac);
+  float length_sq = glm::dot(n, n);
+  if (length_sq < 1e-30f) {  // the squares underflow for triangles of a micrometre: scale them up first
+    const float scale = 1 / std::max({max_abs(ab), max_abs(ac), std::numeric_limits<float>::min()});
+    n = glm::cross(ab * scale, ac * scale);
+    length_sq = glm::dot(n, n);
+    if (!(length_sq > 0)) return {0, 0, 1};
+  }
+  return n * (1 / std::sqrt(length_sq));
+}
+
+inline TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
   const Instance& placed = scene.instances[instance];
   const Mesh& mesh = scene.meshes[placed.mesh];
   const glm::uvec3 i = mesh.triangles[triangle];
@@ -111,16 +126,10 @@ TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, s
   return world;
 }
 
-Vec3 unit_normal(const Vec3& ab, const Vec3& ac) {
-  Vec3 n = glm::cross(ab, ac);
-  float length_sq = glm::dot(n, n);
-  if (length_sq < 1e-30f) {  // the squares underflow for triangles of a micrometre: scale them up first
-    const float scale = 1 / std::max({max_abs(ab), max_abs(ac), std::numeric_limits<float>::min()});
-    n = glm::cross(ab * scale, ac * scale);
-    length_sq = glm::dot(n, n);
-    if (!(length_sq > 0)) return {0, 0, 1};
-  }
-  return n / std::sqrt(length_sq);
+}  // namespace
+
+TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
+  return vertices_of(scene, instance, triangle);
 }
 
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
@@ -133,7 +142,7 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
   s.material = &scene.materials[s.mesh->material];
   s.vertices = s.mesh->triangles[hit.triangle];
 
-  const TriangleVertices world = triangle_vertices(scene, hit.instance, hit.triangle);
+  const TriangleVertices world = vertices_of(scene, hit.instance, hit.triangle);
   const float b = world.mirrored ? hit.v : hit.u;
   const float c = world.mirrored ? hit.u : hit.v;
   s.position = (1 - b - c) * world.a + b * world.b + c * world.c;

@@ -30,9 +30,6 @@ struct TriangleVertices {
 };
 TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, std::uint32_t triangle);
 
-/// Unit normal of a triangle with edges `ab`, `ac`, whatever their length; z where the triangle is degenerate.
-Vec3 unit_normal(const Vec3& ab, const Vec3& ac);
-
 /// The surface where `ray` meets the scene. `hit` must be found.
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
 
