@@ -87,6 +87,10 @@ void add_deck(Glb& glb) {
   append(deck, quad({-kFar, kRim, kHalfZ}, {kWidth, 0, 0}, {0, 0, -2 * kHalfZ}));
   append(deck, quad({kHalfX, kRim, kHalfZ}, {kWidth, 0, 0}, {0, 0, -2 * kHalfZ}));
   glb.add("deck", deck, stone);
+  Shape walls;
+  append(walls, quad({-kFar, kRim, -kFar}, {2 * kFar, 0, 0}, {0, 2.4f, 0}));
+  append(walls, quad({-kFar, kRim, kFar}, {0, 0, -2 * kFar}, {0, 2.4f, 0}));
+  glb.add("courtyard walls", walls, glb.lambert("clay plaster", {0.62f, 0.4f, 0.29f}));
   constexpr float kHalf = 0.11f, kThick = 0.03f;
   for (float side : {-1.0f, 1.0f}) {
     glb.add("coping", box({0, kRim + kThick, side * (kHalfZ + kHalf)}, {kHalfX + 2 * kHalf, kThick, kHalf}),

@@ -18,7 +18,7 @@ Glb cornell_box() {
   glb.add("tall box", box({-0.34f, 0.6f, -0.32f}, {0.29f, 0.6f, 0.29f}, 0.3f), white);
   glb.add("short box", box({0.36f, 0.29f, 0.3f}, {0.29f, 0.29f, 0.29f}, -0.3f), white);
   glb.add("light", quad({-0.28f, 1.998f, -0.28f}, {0.56f, 0, 0}, {0, 0, 0.56f}),
-          glb.emitter("light", {14, 12, 9}));
+          glb.emitter("light", {18, 15.5f, 12}));
   glb.add_camera("main", {0, 1, 3.9f}, {0, 1, 0}, 0.686f);
   glb.add_camera("corner", {0.85f, 1.6f, 1.5f}, {-0.25f, 0.6f, -0.4f}, 0.9f);
   glb.add_camera("floor", {-0.75f, 0.25f, 1.3f}, {0.25f, 0.55f, -0.3f}, 0.9f);
@@ -33,7 +33,7 @@ Glb glass_and_mirror() {
   glb.add("small sphere", sphere({-0.34f, 0.14f, 0.55f}, 0.14f, 64),
           glb.lambert("terracotta", {0.62f, 0.17f, 0.1f}));
   glb.add("light", quad({-0.13f, 1.998f, -0.13f}, {0.26f, 0, 0}, {0, 0, 0.26f}),
-          glb.emitter("light", {62, 54, 43}));
+          glb.emitter("light", {80, 70, 56}));
   glb.add_camera("main", {0, 1, 3.9f}, {0, 1, 0}, 0.686f);
   glb.add_camera("caustic", {0.25f, 0.75f, 1.75f}, {0.3f, 0.2f, 0.15f}, 0.62f);
   glb.add_camera("above", {-0.6f, 1.75f, 1.4f}, {0.02f, 0.2f, -0.05f}, 0.75f);
