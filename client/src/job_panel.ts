@@ -89,7 +89,8 @@ function render_numbers(job: Job): void {
   number('seconds', format_seconds(job.seconds), seconds && `of ${format_seconds(seconds)}`);
   number('error', job.error === null ? '–' : format_percent(job.error), relative_error && `to ${format_percent(relative_error)}`);
   number('eta', job.eta_seconds === null ? '–' : format_seconds(job.eta_seconds), null);
-  number('maps', `${format_count(job.map_hits)} reused`, `${format_count(job.map_misses)} built`);
+  if (job.plan && !job.plan.uses_maps) number('maps', 'not needed', null);
+  else number('maps', `${format_count(job.map_hits)} reused`, `${format_count(job.map_misses)} built`);
   number('first-frame', job.first_frame_seconds === null ? '–' : format_seconds(job.first_frame_seconds), null);
 }
 

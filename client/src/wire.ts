@@ -43,6 +43,7 @@ export interface Plan {
   method: Method;
   /** The method does not converge to the right picture. */
   biased: boolean;
+  uses_maps: boolean;
   items: PlanItem[];
 }
 
@@ -128,6 +129,7 @@ const method = one_of('auto', 'path', 'photon_map', 'progressive');
 const plan = object<Plan>({
   method,
   biased: flag,
+  uses_maps: flag,
   items: list(object<PlanItem>({ feature: text, active: flag, reason: text })),
 });
 

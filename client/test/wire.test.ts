@@ -15,7 +15,7 @@ function pointer_of_failure(parse: () => unknown): string {
 
 describe('parse_job', () => {
   it('takes what the page needs', () => {
-    const plan = { method: 'progressive', biased: false, items: [{ feature: 'method', active: true, reason: 'there is glass' }] };
+    const plan = { method: 'progressive', biased: false, uses_maps: true, items: [{ feature: 'method', active: true, reason: 'there is glass' }] };
     expect(parse_job(job_message(), '')).toEqual(a_job({ plan: plan as never }));
   });
 
@@ -37,7 +37,7 @@ describe('parse_job', () => {
     ['/maps/hits', { maps: { misses: 1 } }],
     ['/error/relative', { error: { relative: 'NaN' } }],
     ['/error', { error: 0.1 }],
-    ['/plan/items/0/reason', { plan: { method: 'path', biased: false, items: [{ feature: 'x', active: true }] } }],
+    ['/plan/items/0/reason', { plan: { method: 'path', biased: false, uses_maps: false, items: [{ feature: 'x', active: true }] } }],
     ['/plan/method', { plan: { method: 'magic', biased: false, items: [] } }],
     ['/spec', { spec: null }],
     ['/spec/film/width', { spec: { method: 'path', film: { height: 3 }, stop: {} } }],
