@@ -118,7 +118,7 @@ class PhotonWalk {
 };
 
 // Walks that are advanced in turn: while one waits for its triangle, the others' rays are traced.
-constexpr std::size_t kBatch = 8;
+constexpr std::size_t kBatch = 16;
 
 }  // namespace
 

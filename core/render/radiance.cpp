@@ -70,7 +70,7 @@ class RadianceWalk {
     const Rgb emitted = emitted_radiance(scene_.scene, surface);
     if (is_black(emitted)) return;
     const bool sampled = depth_ > 0 && !last_delta_;
-    const float pdf_direct = sampled ? scene_.lights.pdf_direct(scene_.scene, last_position_, surface) : 0;
+    const float pdf_direct = sampled ? scene_.lights.pdf_direct(last_position_, surface) : 0;
     radiance_ += throughput_ * emitted * hit_weight(pdf_direct);
   }
 

@@ -81,7 +81,11 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   if (!is_black(f90_) || !is_black(f0_)) lobes_ |= kReflectionLobe;
   if (glass_weight_ > 0) lobes_ |= kGlassLobe;
   if ((lobes_ & kDiffuseLobe) != 0 && p.specular > 0) set_layer(layer_f0, p.specular);
-  set_selection(glass_weight_);
+  if ((lobes_ & (lobes_ - 1)) != 0) {
+    set_selection();
+  } else {
+    select_[0] = select_[1] = select_[2] = 1;  // a single lobe is always chosen
+  }
 }
 
 void Bsdf::set_layer(const Rgb& f0, float f90) {
@@ -100,7 +104,7 @@ float Bsdf::layer_scale(float cos_i) const {
   return std::max(0.0f, 1 - (layer_f0_ * e.a + layer_f90_ * e.b));
 }
 
-void Bsdf::set_selection(float transmission_weight) {
+void Bsdf::set_selection() {
   if ((lobes_ & kDiffuseLobe) != 0) {
     const float through = layer_f90_ > 0 || layer_f0_ > 0 ? layer_scale(wo_.z) : 1;
     select_[0] = mean(diffuse_) * through;
@@ -108,7 +112,7 @@ void Bsdf::set_selection(float transmission_weight) {
   if ((lobes_ & kReflectionLobe) != 0) {
     select_[1] = mean(reflection_fresnel(wo_.z));
   }
-  select_[2] = transmission_weight;
+  select_[2] = glass_weight_;
 }
 
 float Bsdf::selection(LobeMask lobe, LobeMask mask) const {

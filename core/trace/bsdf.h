@@ -58,7 +58,7 @@ class Bsdf {
   static constexpr float kDeltaAlpha = 1e-4f;  // kSmoothAlpha of microfacet.h
 
   void set_layer(const Rgb& f0, float f90);
-  void set_selection(float transmission_weight);
+  void set_selection();
   float layer_scale(float cos_i) const;
   float selection(LobeMask lobe, LobeMask mask) const;
   bool same_side(const Vec3& wi_local, const Vec3& wi) const;

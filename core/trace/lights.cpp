@@ -16,49 +16,17 @@ constexpr double kFloor = 0.05;
 
 double mean(const Rgb& c) { return (static_cast<double>(c.x) + c.y + c.z) / 3; }
 
-// A point of an emissive triangle, seen from its front.
-struct EmitterPoint {
-  SurfacePoint surface;
-  float area = 0;
-};
-
-EmitterPoint emitter_point(const Scene& scene, const Light& light, const Vec2& uv) {
-  const TriangleVertices world = triangle_vertices(scene, light.instance, light.index);
-  const Vec3 normal = glm::cross(world.b - world.a, world.c - world.a);
+EmitterTriangle emitter_triangle(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
+  const TriangleVertices world = triangle_vertices(scene, instance, triangle);
+  EmitterTriangle emitter{world.a, world.b - world.a, world.c - world.a, {0, 0, 1}, 0, 0};
+  const Vec3 normal = glm::cross(emitter.ab, emitter.ac);
   const float length = glm::length(normal);
-  EmitterPoint point;
-  SurfacePoint& s = point.surface;
-  point.area = 0.5f * length;
-  s.instance = light.instance;
-  s.triangle = light.index;
-  s.mesh = &scene.meshes[scene.instances[light.instance].mesh];
-  s.material = &scene.materials[s.mesh->material];
-  s.vertices = s.mesh->triangles[light.index];
-  s.position = (1 - uv.x - uv.y) * world.a + uv.x * world.b + uv.y * world.c;
-  s.u = world.mirrored ? uv.y : uv.x;
-  s.v = world.mirrored ? uv.x : uv.y;
-  s.extent = 0;
-  s.ng = s.ns = length > 0 ? normal * (1 / length) : Vec3(0, 0, 1);
-  for (const Vec3& p : {world.a, world.b, world.c}) s.extent = std::max(s.extent, max_component(glm::abs(p)));
-  return point;
-}
-
-double triangle_power(const Scene& scene, const Light& light) {
-  const EmitterPoint center = emitter_point(scene, light, {1.0f / 3, 1.0f / 3});
-  const Material& material = *center.surface.material;
-  const double sides = material.double_sided ? 2 : 1;
-  double radiance = mean(material.emission);
-  if (material.emission_texture.used()) {
-    // A stratified look at the texture: a choice probability may be rough, and the floor covers what it misses.
-    static constexpr int kSide = 4;
-    radiance = 0;
-    for (int i = 0; i < kSide * kSide; ++i) {
-      const Vec2 u{(static_cast<float>(i % kSide) + 0.5f) / kSide, (static_cast<float>(i / kSide) + 0.5f) / kSide};
-      const Vec2 uv = square_to_triangle(u);
-      radiance += mean(emitted_radiance(scene, emitter_point(scene, light, uv).surface)) / (kSide * kSide);
-    }
+  if (length > 0) emitter.normal = normal / length;
+  emitter.area = 0.5f * length;
+  for (const Vec3& p : {world.a, world.b, world.c}) {
+    emitter.extent = std::max(emitter.extent, max_component(glm::abs(p)));
   }
-  return sides * kPi * center.area * radiance;
+  return emitter;
 }
 
 // glTF's cone attenuation: the square of the cosine's position between outer and inner angle.
@@ -82,27 +50,6 @@ double punctual_power(const PunctualLight& light, double disc_radius) {
   return 0;
 }
 
-DirectSample sample_triangle(const Scene& scene, const Light& light, const Vec3& point, const Vec2& u, float choice) {
-  const EmitterPoint emitter = emitter_point(scene, light, square_to_triangle(u));
-  SurfacePoint s = emitter.surface;
-  const Vec3 to_light = s.position - point;
-  const float distance_sq = glm::dot(to_light, to_light);
-  if (!(distance_sq > 0) || !(emitter.area > 0)) return {};
-  DirectSample sample;
-  sample.wi = to_light / std::sqrt(distance_sq);
-  float cos_l = -glm::dot(s.ng, sample.wi);
-  if (cos_l < 0) {
-    s.front = false;
-    s.ng = -s.ng;
-    cos_l = -cos_l;
-  }
-  if (cos_l == 0) return {};
-  sample.pdf_w = choice * distance_sq / (cos_l * emitter.area);
-  sample.radiance = emitted_radiance(scene, s) / sample.pdf_w;
-  sample.target = spawn_point(s.position, s.ng, s.extent, -sample.wi);
-  return sample;
-}
-
 DirectSample sample_punctual(const PunctualLight& light, const Vec3& point, float choice) {
   DirectSample sample;
   if (light.type == LightType::directional) {
@@ -119,21 +66,6 @@ DirectSample sample_punctual(const PunctualLight& light, const Vec3& point, floa
   sample.radiance = light.intensity * (attenuation / (distance_sq * choice));
   sample.target = light.position;
   return sample;
-}
-
-EmissionSample emit_triangle(const Scene& scene, const Light& light, Rng& rng, float choice) {
-  const Vec2 uv = square_to_triangle(rng.next2());
-  const Vec3 local = square_to_cosine_hemisphere(rng.next2());
-  EmitterPoint emitter = emitter_point(scene, light, uv);
-  SurfacePoint& s = emitter.surface;
-  float sides = 1;
-  if (s.material->double_sided) {
-    sides = 2;
-    s.front = rng.next() < 0.5f;
-    if (!s.front) s.ng = -s.ng;
-  }
-  const Vec3 direction = Frame(s.ng).to_world(local);
-  return {spawn_ray(s, direction), emitted_radiance(scene, s) * (sides * kPi * emitter.area / choice)};
 }
 
 // A ray towards the disc of the scene's bounding sphere that faces `direction`.
@@ -153,11 +85,7 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
     if (!scene.materials[mesh.material].emissive()) continue;
-    first_of_instance_[i] = static_cast<std::uint32_t>(lights_.size());
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      const Light light{Light::Kind::triangle, i, t};
-      add(light, triangle_power(scene, light));
-    }
+    add_triangles(scene, i);
   }
   for (std::uint32_t i = 0; i < scene.lights.size(); ++i) {
     add({Light::Kind::punctual, 0, i}, punctual_power(scene.lights[i], radius_));
@@ -181,6 +109,91 @@ void Lights::add(const Light& light, double power) {
   powers_.push_back(power);
 }
 
+void Lights::add_triangles(const Scene& scene, std::uint32_t instance) {
+  first_of_instance_[instance] = static_cast<std::uint32_t>(lights_.size());
+  const std::size_t count = scene.meshes[scene.instances[instance].mesh].triangles.size();
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const Light light{Light::Kind::triangle, instance, t, static_cast<std::uint32_t>(emitters_.size())};
+    emitters_.push_back(emitter_triangle(scene, instance, t));
+    add(light, triangle_power(scene, light));
+  }
+}
+
+// A point of an emissive triangle, seen from its front.
+SurfacePoint Lights::emitter_point(const Scene& scene, const Light& light, const Vec2& uv) const {
+  const EmitterTriangle& emitter = emitters_[light.emitter];
+  const Instance& placed = scene.instances[light.instance];
+  SurfacePoint s;
+  s.position = emitter.origin + uv.x * emitter.ab + uv.y * emitter.ac;
+  s.ng = s.ns = emitter.normal;
+  s.extent = emitter.extent;
+  s.instance = light.instance;
+  s.triangle = light.index;
+  s.mesh = &scene.meshes[placed.mesh];
+  s.material = &scene.materials[s.mesh->material];
+  if (s.material->emission_texture.used()) {
+    const bool mirrored = placed.moved && glm::determinant(glm::mat3(placed.to_world)) < 0;
+    s.vertices = s.mesh->triangles[light.index];
+    s.u = mirrored ? uv.y : uv.x;
+    s.v = mirrored ? uv.x : uv.y;
+  }
+  return s;
+}
+
+double Lights::triangle_power(const Scene& scene, const Light& light) const {
+  const Material& material = scene.materials[scene.meshes[scene.instances[light.instance].mesh].material];
+  const double sides = material.double_sided ? 2 : 1;
+  double radiance = mean(material.emission);
+  if (material.emission_texture.used()) {
+    // A stratified look at the texture: a choice probability may be rough, and the floor covers what it misses.
+    static constexpr int kSide = 4;
+    radiance = 0;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const Vec2 u{(static_cast<float>(i % kSide) + 0.5f) / kSide, (static_cast<float>(i / kSide) + 0.5f) / kSide};
+      const SurfacePoint s = emitter_point(scene, light, square_to_triangle(u));
+      radiance += mean(emitted_radiance(scene, s)) / (kSide * kSide);
+    }
+  }
+  return sides * kPi * emitters_[light.emitter].area * radiance;
+}
+
+DirectSample Lights::sample_triangle(const Scene& scene, const Light& light, const Vec3& point, const Vec2& u,
+                                     float choice) const {
+  const float area = emitters_[light.emitter].area;
+  SurfacePoint s = emitter_point(scene, light, square_to_triangle(u));
+  const Vec3 to_light = s.position - point;
+  const float distance_sq = glm::dot(to_light, to_light);
+  if (!(distance_sq > 0) || !(area > 0)) return {};
+  DirectSample sample;
+  sample.wi = to_light / std::sqrt(distance_sq);
+  float cos_l = -glm::dot(s.ng, sample.wi);
+  if (cos_l < 0) {
+    s.front = false;
+    s.ng = -s.ng;
+    cos_l = -cos_l;
+  }
+  if (cos_l == 0) return {};
+  sample.pdf_w = choice * distance_sq / (cos_l * area);
+  sample.radiance = emitted_radiance(scene, s) / sample.pdf_w;
+  sample.target = spawn_point(s.position, s.ng, s.extent, -sample.wi);
+  return sample;
+}
+
+EmissionSample Lights::emit_triangle(const Scene& scene, const Light& light, Rng& rng, float choice) const {
+  const Vec2 uv = square_to_triangle(rng.next2());
+  const Vec3 local = square_to_cosine_hemisphere(rng.next2());
+  SurfacePoint s = emitter_point(scene, light, uv);
+  float sides = 1;
+  if (s.material->double_sided) {
+    sides = 2;
+    s.front = rng.next() < 0.5f;
+    if (!s.front) s.ng = -s.ng;
+  }
+  const Vec3 direction = Frame(s.ng).to_world(local);
+  const float area = emitters_[light.emitter].area;
+  return {spawn_ray(s, direction), emitted_radiance(scene, s) * (sides * kPi * area / choice)};
+}
+
 DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const Vec3& u) const {
   const std::uint32_t index = choice_.sample(u.z);
   const Light& light = lights_[index];
@@ -195,11 +208,10 @@ DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const 
   return sample;
 }
 
-float Lights::pdf_direct(const Scene& scene, const Vec3& point, const SurfacePoint& s) const {
+float Lights::pdf_direct(const Vec3& point, const SurfacePoint& s) const {
   const std::uint32_t first = first_of_instance_[s.instance];
   if (first == kNoLight) return 0;
-  const TriangleVertices world = triangle_vertices(scene, s.instance, s.triangle);
-  const float area = 0.5f * glm::length(glm::cross(world.b - world.a, world.c - world.a));
+  const float area = emitters_[lights_[first + s.triangle].emitter].area;
   const Vec3 to_light = s.position - point;
   const float distance_sq = glm::dot(to_light, to_light);
   const float cos_l = std::abs(glm::dot(s.ng, to_light)) / std::sqrt(distance_sq);

@@ -16,6 +16,17 @@ struct Light {
   Kind kind = Kind::triangle;
   std::uint32_t instance = 0;    ///< triangle
   std::uint32_t index = 0;       ///< triangle: into Mesh::triangles; punctual: into Scene::lights
+  std::uint32_t emitter = 0;     ///< triangle: into the emitters of Lights
+};
+
+/// A placed emissive triangle: origin + u·ab + v·ac.
+struct EmitterTriangle {
+  Vec3 origin;
+  Vec3 ab;
+  Vec3 ac;
+  Vec3 normal;                   ///< unit, front
+  float area;
+  float extent;                  ///< largest |coordinate|, as SurfacePoint::extent
 };
 
 /// Light arriving at a point from a sampled direction.
@@ -49,7 +60,7 @@ class Lights {
   /// not tested.
   DirectSample sample_direct(const Scene& scene, const Vec3& point, const Vec3& u) const;
   /// Density per solid angle with which `sample_direct` from `point` finds the emitter surface `s`.
-  float pdf_direct(const Scene& scene, const Vec3& point, const SurfacePoint& s) const;
+  float pdf_direct(const Vec3& point, const SurfacePoint& s) const;
   /// The same for the environment.
   float pdf_environment() const;
 
@@ -58,8 +69,15 @@ class Lights {
 
  private:
   void add(const Light& light, double power);
+  void add_triangles(const Scene& scene, std::uint32_t instance);
+  SurfacePoint emitter_point(const Scene& scene, const Light& light, const Vec2& uv) const;
+  double triangle_power(const Scene& scene, const Light& light) const;
+  DirectSample sample_triangle(const Scene& scene, const Light& light, const Vec3& point, const Vec2& u,
+                               float choice) const;
+  EmissionSample emit_triangle(const Scene& scene, const Light& light, Rng& rng, float choice) const;
 
   std::vector<Light> lights_;
+  std::vector<EmitterTriangle> emitters_;
   std::vector<double> powers_;
   AliasTable choice_;
   std::vector<std::uint32_t> first_of_instance_;  // index of the light of an emissive instance's first triangle

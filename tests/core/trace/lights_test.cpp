@@ -31,7 +31,7 @@ TEST(Lights, DirectDirectionsMatchTheirPdf) {
     const float environment = scene->lights.pdf_environment();
     if (!hit.found()) return static_cast<double>(environment);
     const SurfacePoint s = make_surface(scene->scene, {point, wi}, hit);
-    return static_cast<double>(environment + scene->lights.pdf_direct(scene->scene, point, s));
+    return static_cast<double>(environment + scene->lights.pdf_direct(point, s));
   };
   const double p = test::chi2_sphere(
       [&](Rng& rng) {
