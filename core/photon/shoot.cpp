@@ -91,7 +91,7 @@ class PhotonWalk {
       absorb(Rgb(0));
       return false;
     }
-    absorb(next / survival);
+    absorb(next * (1 / survival));
     if ((sample->lobe & gathered) != 0) specular_chain_ = false;
     medium_.cross(surface, *sample);
     ray_.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);
@@ -119,6 +119,8 @@ class PhotonWalk {
 
 // Walks that are advanced in turn: while one waits for its triangle, the others' rays are traced.
 constexpr std::size_t kBatch = 16;
+// A scene of this size stays in the cache by itself.
+constexpr std::uint64_t kCachedTriangles = 1024;
 
 }  // namespace
 
@@ -137,16 +139,17 @@ PhotonBlock shoot(const PreparedScene& scene, const MapKey& key, std::uint64_t f
     }
     return false;
   };
+  const bool far = scene.triangle_count > kCachedTriangles;
   std::size_t active = 0;
   while (active < kBatch && restart(walks[active])) ++active;
   while (active > 0) {
     for (std::size_t i = 0; i < active; ++i) {
       if (record != nullptr) record->push_back(walks[i].ray());
       new (&hits[i]) Hit(scene.accel.intersect(walks[i].ray()));  // in place: a copy would stall on its stores
-      prefetch_triangle(scene.scene, hits[i]);
+      if (far) prefetch_triangle(scene.scene, hits[i]);
     }
     block.rays += active;
-    for (std::size_t i = 0; i < active; ++i) prefetch_vertices(scene.scene, hits[i]);
+    for (std::size_t i = 0; far && i < active; ++i) prefetch_vertices(scene.scene, hits[i]);
     for (std::size_t i = 0; i < active;) {
       if (walks[i].advance(hits[i]) || restart(walks[i])) {
         ++i;

@@ -56,8 +56,7 @@ float normal_reflectance(float ior) {
 }  // namespace
 
 Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
-    : frame_(surface.ns), ng_(surface.ng), wo_(frame_.to_local(wo)) {
-  wo_.z = std::max(wo_.z, 1e-4f);
+    : frame_(surface.ns), ng_(surface.ng) {
   const MaterialPoint p = evaluate(scene, surface);
   const Material& material = *surface.material;
   alpha_ = p.roughness * p.roughness;
@@ -80,6 +79,12 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   if (!is_black(diffuse_)) lobes_ |= kDiffuseLobe;
   if (!is_black(f90_) || !is_black(f0_)) lobes_ |= kReflectionLobe;
   if (glass_weight_ > 0) lobes_ |= kGlassLobe;
+  if (lobes_ == kDiffuseLobe) {
+    select_[0] = 1;
+    return;  // nothing of a bare Lambert surface depends on wo
+  }
+  wo_ = frame_.to_local(wo);
+  wo_.z = std::max(wo_.z, 1e-4f);
   if ((lobes_ & kDiffuseLobe) != 0 && p.specular > 0) set_layer(layer_f0, p.specular);
   if ((lobes_ & (lobes_ - 1)) != 0) {
     set_selection();
