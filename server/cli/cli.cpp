@@ -1,11 +1,10 @@
 #include "server/cli/cli.h"
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdio>
 #include <iostream>
 #include <string>
-
-#include <CLI/CLI.hpp>
 
 #include "server/cli/commands.h"
 
@@ -26,7 +25,8 @@ void add_render_settings(CLI::App& app, RenderCommand& command) {
   app.add_option_function<std::string>(
          "--size",
          [&command](const std::string& text) {
-           if (!parse_size(text, command.settings)) throw CLI::ValidationError("--size", "expects WxH, as 640x360");
+           if (!parse_size(text, command.settings))
+             throw CLI::ValidationError("--size", "expects WxH, as 640x360");
          },
          "Pixels of the picture, as 640x360 (default: 512x512)")
       ->type_name("WxH");
@@ -41,7 +41,8 @@ void add_render_settings(CLI::App& app, RenderCommand& command) {
       ->type_name("NAME");
   app.add_option("--photons", command.photons.photons_per_pass, "Photon paths emitted per pass")
       ->capture_default_str();
-  app.add_option("--radius", command.settings.radius, "First gather radius in metres (default: chosen for the scene)");
+  app.add_option("--radius", command.settings.radius,
+                 "First gather radius in metres (default: chosen for the scene)");
   app.add_option_function<std::uint64_t>(
       "--seed", [&command](const std::uint64_t& seed) { command.settings.seed = command.photons.seed = seed; },
       "Number that selects the random sequence (default: 0)");
@@ -50,7 +51,9 @@ void add_render_settings(CLI::App& app, RenderCommand& command) {
 CLI::App* add_render(CLI::App& app, RenderCommand& command) {
   CLI::App* const render = app.add_subcommand("render", "Render a glTF scene to picture files");
   render->add_option("SCENE", command.scene, "A .glb or .gltf file")->required();
-  render->add_option("-o,--output", command.outputs, "Picture to write: .exr (linear float), .png or .jpg; repeatable")
+  render
+      ->add_option("-o,--output", command.outputs,
+                   "Picture to write: .exr (linear float), .png or .jpg; repeatable")
       ->required()
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -61,13 +64,15 @@ CLI::App* add_render(CLI::App& app, RenderCommand& command) {
   render->add_option("--threads", command.threads, "Render threads (default: one per core)")
       ->check(CLI::Range(0, 1024).description(""));
   render->add_option("--report", command.report, "Write a JSON report to this file");
-  render->footer("Without a stop option: 60 seconds or a relative error of 0.02, whichever comes first.\n"
-                 "Ctrl-C ends the rendering and writes what there is.");
+  render->footer(
+      "Without a stop option: 60 seconds or a relative error of 0.02, whichever comes first.\n"
+      "Ctrl-C ends the rendering and writes what there is.");
   return render;
 }
 
 CLI::App* add_info(CLI::App& app, InfoCommand& command) {
-  CLI::App* const info = app.add_subcommand("info", "Show what a glTF scene contains and how it would be rendered");
+  CLI::App* const info =
+      app.add_subcommand("info", "Show what a glTF scene contains and how it would be rendered");
   info->add_option("SCENE", command.scene, "A .glb or .gltf file")->required();
   info->add_flag("--json", command.json, "Print JSON");
   return info;
@@ -81,10 +86,12 @@ CLI::App* add_compare(CLI::App& app, CompareCommand& command) {
   return compare;
 }
 
-void add_megabytes(CLI::App& app, const std::string& name, std::uint64_t& bytes, const std::string& description) {
+void add_megabytes(CLI::App& app, const std::string& name, std::uint64_t& bytes,
+                   const std::string& description) {
   constexpr std::uint64_t kMost = 1ull << 24;  // 16 TiB: keeps the shift below from overflowing
-  app.add_option_function<std::uint64_t>(name, [&bytes](const std::uint64_t& mb) { bytes = mb << 20; },
-                                         description + " (default: " + std::to_string(bytes >> 20) + ")")
+  app.add_option_function<std::uint64_t>(
+         name, [&bytes](const std::uint64_t& mb) { bytes = mb << 20; },
+         description + " (default: " + std::to_string(bytes >> 20) + ")")
       ->check(CLI::Range(std::uint64_t{0}, kMost).description(""))
       ->type_name("MB");
 }
@@ -105,7 +112,8 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options) {
   add_megabytes(*serve, "--picture-mb", options.picture_bytes, "Memory for pictures of finished jobs");
   add_megabytes(*serve, "--max-upload-mb", options.max_upload_bytes, "Largest upload");
   serve->add_option("--max-pixels", options.max_pixels, "Largest picture, in pixels")->capture_default_str();
-  serve->add_option("--max-jobs", options.max_live_jobs, "Jobs waiting and running at once")->capture_default_str();
+  serve->add_option("--max-jobs", options.max_live_jobs, "Jobs waiting and running at once")
+      ->capture_default_str();
   serve->add_option("--max-streams", options.max_streams, "Event streams and long polls at once")
       ->capture_default_str();
   return serve;

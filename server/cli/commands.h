@@ -14,12 +14,12 @@ namespace photond {
 struct RenderCommand {
   std::string scene;
   std::vector<std::string> outputs;
-  std::string camera;                 ///< name or index; empty: the first
+  std::string camera;  ///< name or index; empty: the first
   PhotonSettings photons;
   RenderSettings settings;
-  StopRule stop;                      ///< empty: kDefaultStop
-  int threads = 0;                    ///< 0: one per core
-  std::string report;                 ///< JSON file; empty: none
+  StopRule stop;       ///< empty: kDefaultStop
+  int threads = 0;     ///< 0: one per core
+  std::string report;  ///< JSON file; empty: none
 };
 
 /// Where a rendering ends if the command line does not say.

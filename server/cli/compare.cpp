@@ -38,8 +38,10 @@ int run_compare(const CompareCommand& command) {
   if (!reference) return print_failure(command.reference, reference.error());
   const auto comparison = compare_images(*image, *reference);
   if (!comparison) return print_failure(command.image + " against " + command.reference, comparison.error());
-  if (command.json) std::cout << indented(comparison_json(*comparison));
-  else print_comparison(*comparison);
+  if (command.json)
+    std::cout << indented(comparison_json(*comparison));
+  else
+    print_comparison(*comparison);
   return kExitOk;
 }
 

@@ -1,11 +1,11 @@
 #include "server/cli/files.h"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <string>
-
-#include <unistd.h>
 
 namespace photond {
 namespace {

@@ -41,16 +41,17 @@ void print_cameras(std::ostream& out, const std::vector<Camera>& cameras) {
 
 void print_lights(std::ostream& out, const SceneReport& report) {
   for (const SceneReport::LightEntry& light : report.lights) {
-    field(out, "light") << quoted(light.name) << " " << light_type_name(light.type) << " " << text_of(light.intensity)
-                        << "\n";
+    field(out, "light") << quoted(light.name) << " " << light_type_name(light.type) << " "
+                        << text_of(light.intensity) << "\n";
   }
   if (!is_black(report.environment)) field(out, "environment") << text_of(report.environment) << "\n";
 }
 
 void print_materials(std::ostream& out, const SceneReport& report) {
   for (const SceneReport::MaterialEntry& material : report.materials) {
-    field(out, "material") << quoted(material.name) << " " << material.kind << (material.emissive ? ", emissive" : "")
-                           << (material.textured ? ", textured" : "") << "\n";
+    field(out, "material") << quoted(material.name) << " " << material.kind
+                           << (material.emissive ? ", emissive" : "") << (material.textured ? ", textured" : "")
+                           << "\n";
   }
 }
 
@@ -87,8 +88,10 @@ int run_info(const InfoCommand& command) {
   const auto plan = make_plan(**prepared, PhotonSettings{}, RenderSettings{}, workers.execution());
   if (!plan) return print_failure(command.scene, plan.error());
   const SceneSummary summary = summarize(**prepared, *plan);
-  if (command.json) std::cout << indented(info_json(command.scene, **prepared, summary));
-  else print_info(std::cout, command.scene, **prepared, summary);
+  if (command.json)
+    std::cout << indented(info_json(command.scene, **prepared, summary));
+  else
+    print_info(std::cout, command.scene, **prepared, summary);
   return kExitOk;
 }
 

@@ -1,9 +1,9 @@
 #include "server/cli/interrupt.h"
 
-#include <csignal>
-
 #include <pthread.h>
 #include <unistd.h>
+
+#include <csignal>
 
 namespace photond {
 namespace {

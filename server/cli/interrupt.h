@@ -6,8 +6,8 @@
 
 namespace photond {
 
-/// Turns SIGINT and SIGTERM into a stop request. Construct it before any other thread, since threads inherit the
-/// blocked signals. A second signal ends the process at once.
+/// Turns SIGINT and SIGTERM into a stop request. Construct it before any other thread, since threads inherit
+/// the blocked signals. A second signal ends the process at once.
 class Interrupt {
  public:
   Interrupt();

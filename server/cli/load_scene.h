@@ -12,7 +12,8 @@ namespace photond {
 /// links that lead outside, with invalid_input and the resource's name in Error::where.
 ResourceReader folder_resources(const std::filesystem::path& folder);
 
-/// Reads a .glb or .gltf file with the resources in its own folder. Errors: those of read_gltf and of the files.
+/// Reads a .glb or .gltf file with the resources in its own folder. Errors: those of read_gltf and of the
+/// files.
 Result<Scene> load_scene(const std::filesystem::path& file);
 
 /// The camera of that name, else the camera of that index; empty `text`: the first. Errors: not_found, naming

@@ -12,7 +12,8 @@ namespace {
 /// Builds maps, keeps the last ones (all passes of `photon_map` share theirs) and adds up what they hold.
 class CountingMaps {
  public:
-  CountingMaps(const PreparedScene& scene, MapStatistics& statistics) : scene_(scene), statistics_(statistics) {}
+  CountingMaps(const PreparedScene& scene, MapStatistics& statistics)
+      : scene_(scene), statistics_(statistics) {}
 
   Result<std::shared_ptr<const PhotonMaps>> get(const MapKey& key, const Execution& execution) {
     if (last_ != nullptr && key_ == key) return last_;
@@ -50,8 +51,8 @@ class CountingMaps {
   std::shared_ptr<const PhotonMaps> last_;
 };
 
-/// The error is measured after every pass at first and then at every 1/8 of an octave: a fixed set of passes, so
-/// that where a rendering stops does not depend on the clock, and cheap for fast passes.
+/// The error is measured after every pass at first and then at every 1/8 of an octave: a fixed set of passes,
+/// so that where a rendering stops does not depend on the clock, and cheap for fast passes.
 bool is_measured(std::uint32_t passes) { return passes % std::max(1u, std::bit_floor(passes) / 8) == 0; }
 
 }  // namespace

@@ -1,12 +1,12 @@
 #include "server/cli/progress.h"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include "server/cli/stopwatch.h"
 
@@ -47,7 +47,8 @@ std::string progress_line(const StopRule& stop, const Progress& progress, int co
   const int width = std::min(30, columns - static_cast<int>(facts.size()) - 4);
   if (width < 5) return facts.substr(0, static_cast<std::size_t>(std::max(0, columns)));
   const auto filled = static_cast<std::size_t>(fraction_done(stop, progress) * width);
-  return "[" + std::string(filled, '#') + std::string(static_cast<std::size_t>(width) - filled, '-') + "]  " + facts;
+  return "[" + std::string(filled, '#') + std::string(static_cast<std::size_t>(width) - filled, '-') + "]  " +
+         facts;
 }
 
 std::string duration_text(double seconds) {

@@ -20,7 +20,7 @@ std::string duration_text(double seconds);
 class ProgressBar {
  public:
   ProgressBar();
-  ~ProgressBar();   ///< erases the line
+  ~ProgressBar();  ///< erases the line
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
@@ -39,8 +39,8 @@ class ProgressBar {
   std::string stage_;
   StopRule stop_;
   std::optional<Progress> progress_;
-  double updated_ = 0;     // seconds of the steady clock at the last update
-  std::jthread thread_;    // last: it uses all of the above
+  double updated_ = 0;   // seconds of the steady clock at the last update
+  std::jthread thread_;  // last: it uses all of the above
 };
 
 }  // namespace photond

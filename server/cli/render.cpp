@@ -27,8 +27,9 @@ StopRule stop_of(const RenderCommand& command) {
 /// The option behind a place in the settings, which are named as in a job message.
 std::string option_of(const std::string& pointer) {
   static constexpr std::pair<const char*, const char*> kOptions[] = {
-      {"/photons_per_pass", "--photons"}, {"/film/width", "--size"},     {"/film/height", "--size"},
-      {"/radius", "--radius"},            {"/stop/passes", "--passes"},  {"/stop/seconds", "--seconds"},
+      {"/photons_per_pass", "--photons"}, {"/film/width", "--size"},
+      {"/film/height", "--size"},         {"/radius", "--radius"},
+      {"/stop/passes", "--passes"},       {"/stop/seconds", "--seconds"},
       {"/stop/relative_error", "--error"}};
   for (const auto& [place, option] : kOptions) {
     if (pointer == place) return option;
@@ -80,7 +81,8 @@ int write_results(const RenderCommand& command, const RenderTask& task, const Re
   const Stopwatch watch;
   const Image picture = film_mean(rendering.film);
   for (const std::string& output : command.outputs) {
-    if (const auto written = write_picture(output, picture); !written) return print_failure(output, written.error());
+    if (const auto written = write_picture(output, picture); !written)
+      return print_failure(output, written.error());
   }
   seconds.encode = watch.seconds();
   if (command.report.empty()) return kExitOk;
@@ -91,7 +93,8 @@ int write_results(const RenderCommand& command, const RenderTask& task, const Re
 
 void print_summary(const RenderCommand& command, const RenderTask& task, const Rendering& rendering) {
   std::string text = std::string(method_name(task.plan.method)) + ": " + std::to_string(rendering.film.passes) +
-                     (rendering.film.passes == 1 ? " pass in " : " passes in ") + duration_text(rendering.seconds);
+                     (rendering.film.passes == 1 ? " pass in " : " passes in ") +
+                     duration_text(rendering.seconds);
   if (const ErrorEstimate error = estimate_error(rendering.film); error.known) {
     text += ", estimated relative error " + std::to_string(error.relative);
   }

@@ -91,6 +91,8 @@ Json render_json(const RenderCommand& command, const StopRule& stop, const Rende
           {"series", series_json(rendering.series)}};
 }
 
-std::string indented(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string indented(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 }  // namespace photond

@@ -23,8 +23,8 @@ SceneSummary summarize(const PreparedScene& prepared, const Plan& plan);
 /// The digest and the contents of a scene file, and the plan with its reasons.
 Json info_json(const std::string& file, const PreparedScene& prepared, const SceneSummary& summary);
 
-/// What `photond render --report` writes: scene, plan with reasons, settings, passes, seconds, maps, error and the
-/// series of error against time.
+/// What `photond render --report` writes: scene, plan with reasons, settings, passes, seconds, maps, error and
+/// the series of error against time.
 Json render_json(const RenderCommand& command, const StopRule& stop, const RenderTask& task,
                  const Rendering& rendering, const StageSeconds& seconds);
 

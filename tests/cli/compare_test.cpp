@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+
 #include <nlohmann/json.hpp>
 
 #include "server/cli/picture.h"
@@ -24,8 +25,8 @@ TEST(CompareCommandTest, MeasuresAKnownDifference) {
   const Outcome run = run_photond({"compare", "--json", a, reference});
   ASSERT_EQ(run.code, 0) << run.err;
   const auto json = nlohmann::json::parse(run.out);
-  EXPECT_NEAR(json["mse"], 0.0625 / 3, 1e-12);              // .25² in one of three channels
-  EXPECT_NEAR(json["rel_mse"], 0.0625 / 1.01 / 3, 1e-12);   // (a − r)²/(r² + .01)
+  EXPECT_NEAR(json["mse"], 0.0625 / 3, 1e-12);             // .25² in one of three channels
+  EXPECT_NEAR(json["rel_mse"], 0.0625 / 1.01 / 3, 1e-12);  // (a − r)²/(r² + .01)
   EXPECT_NEAR(json["rel_mse_trimmed"], 0.0625 / 1.01 / 3, 1e-12);
   EXPECT_EQ(json["mean_ratio"], (std::vector<double>{1.25, 1, 1}));
   const double block = 0.2126 * 0.25 / (0.2126 + 0.7152 * 0.5 + 0.0722 * 0.25);

@@ -1,5 +1,10 @@
 #include "tests/cli/program.h"
 
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -7,11 +12,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <thread>
-
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 extern char** environ;
 
@@ -75,8 +75,8 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
 }
 
 std::string write_scene(const std::filesystem::path& folder, const std::string& buffer) {
-  const float positions[] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1,                           // floor
-                             -.3f, 1, -.3f, .3f, 1, -.3f, .3f, 1, .3f, -.3f, 1, .3f};         // lamp, facing down
+  const float positions[] = {-1,   0, -1,   -1,  0, 1,    1,   0, 1,   1,    0, -1,    // floor
+                             -.3f, 1, -.3f, .3f, 1, -.3f, .3f, 1, .3f, -.3f, 1, .3f};  // lamp, facing down
   const std::uint16_t indices[] = {0, 1, 2, 0, 2, 3};
   std::string bytes(reinterpret_cast<const char*>(positions), sizeof positions);
   bytes.append(reinterpret_cast<const char*>(indices), sizeof indices);

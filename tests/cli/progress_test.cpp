@@ -6,7 +6,9 @@ namespace photond::test {
 namespace {
 
 Progress progress(std::uint32_t passes, double seconds, double relative = 0) {
-  return {.passes = passes, .seconds = seconds, .error = {.rmse = relative, .relative = relative, .known = relative > 0}};
+  return {.passes = passes,
+          .seconds = seconds,
+          .error = {.rmse = relative, .relative = relative, .known = relative > 0}};
 }
 
 TEST(StopRuleTest, EndsAtWhicheverComesFirst) {

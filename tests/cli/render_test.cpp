@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+
 #include <nlohmann/json.hpp>
 
 #include "core/film/encode.h"
@@ -21,9 +22,10 @@ class RenderCommandTest : public ::testing::Test {
 TEST_F(RenderCommandTest, WritesEveryFormatAndTheReport) {
   const std::string png = folder_.file("out.PNG");
   const std::string jpg = folder_.file("out.jpg");
-  const Outcome run = run_photond({"render", scene_, "-o", exr_, "-o", png, "-o", jpg, "--size", "48x32", "--passes", "4",
-                               "--camera", "above", "--method", "progressive", "--photons", "5000", "--seed", "7",
-                               "--report", report_});
+  const Outcome run =
+      run_photond({"render",    scene_,  "-o",       exr_, "-o",       png,     "-o",       jpg,
+                   "--size",    "48x32", "--passes", "4",  "--camera", "above", "--method", "progressive",
+                   "--photons", "5000",  "--seed",   "7",  "--report", report_});
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(run.out, "");
   EXPECT_EQ(run.err.find("progressive: 4 passes in "), 0u) << run.err;
@@ -62,8 +64,8 @@ TEST_F(RenderCommandTest, TheThreadCountDoesNotChangeABit) {
   const std::string other = folder_.file("other.exr");
   for (const char* method : {"path", "photon_map", "progressive"}) {
     const auto render = [&](const std::string& output, const std::string& threads) {
-      return run_photond({"render", scene_, "-o", output, "--size", "40x40", "--passes", "2", "--method", method,
-                          "--photons", "3000", "--threads", threads})
+      return run_photond({"render", scene_, "-o", output, "--size", "40x40", "--passes", "2", "--method",
+                          method, "--photons", "3000", "--threads", threads})
           .code;
     };
     ASSERT_EQ(render(exr_, "1"), 0);
@@ -76,8 +78,8 @@ TEST_F(RenderCommandTest, TheThreadCountDoesNotChangeABit) {
 }
 
 TEST_F(RenderCommandTest, StopsByTimeAndByError) {
-  const std::vector<std::string> base = {"render", scene_, "-o", exr_, "--size", "32x32", "--method", "path",
-                                         "--report", report_};
+  const std::vector<std::string> base = {"render", scene_,     "-o",   exr_,       "--size",
+                                         "32x32",  "--method", "path", "--report", report_};
   auto timed = base;
   timed.insert(timed.end(), {"--seconds", "0.3"});
   ASSERT_EQ(run_photond(timed).code, 0);
@@ -92,9 +94,9 @@ TEST_F(RenderCommandTest, StopsByTimeAndByError) {
 }
 
 TEST_F(RenderCommandTest, AnInterruptWritesWhatThereIs) {
-  const Outcome run = run_photond({"render", scene_, "-o", exr_, "--size", "32x32", "--method", "path", "--seconds", "60",
-                               "--report", report_},
-                              2);
+  const Outcome run = run_photond({"render", scene_, "-o", exr_, "--size", "32x32", "--method", "path",
+                                   "--seconds", "60", "--report", report_},
+                                  2);
   EXPECT_EQ(run.code, 130) << run.err;
   EXPECT_TRUE(read_picture(exr_).ok());
   EXPECT_EQ(report()["stopped_by"], "interrupt");

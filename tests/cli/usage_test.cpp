@@ -41,8 +41,10 @@ TEST(Usage, WrongCommandLinesExitWithTwoAndOneSentence) {
 }
 
 TEST(Usage, SettingsOutOfRangeNameTheOption) {
-  EXPECT_NE(run_photond({"render", "a.glb", "-o", "a.png", "--size", "0x5"}).err.find("--size"), std::string::npos);
-  EXPECT_NE(run_photond({"render", "a.glb", "-o", "a.png", "--error", "0"}).err.find("--error"), std::string::npos);
+  EXPECT_NE(run_photond({"render", "a.glb", "-o", "a.png", "--size", "0x5"}).err.find("--size"),
+            std::string::npos);
+  EXPECT_NE(run_photond({"render", "a.glb", "-o", "a.png", "--error", "0"}).err.find("--error"),
+            std::string::npos);
 }
 
 TEST(Usage, HelpAndVersionSucceed) {
