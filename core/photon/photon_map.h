@@ -13,7 +13,7 @@ namespace photond {
 struct Photon {
   Vec3 position{0};
   std::uint32_t direction = 0;   ///< octahedral: unit, away from the surface, where the photon came from
-  std::uint32_t normal = 0;      ///< octahedral: geometric normal on the side the photon came from
+  std::uint32_t normal = 0;      ///< ten bits a component: geometric normal on the side the photon came from
   Rgb flux{0};                   ///< W, to be divided by the number of emitted paths
 };
 
@@ -27,7 +27,7 @@ class PhotonMap {
   std::uint32_t size() const { return tree_.size(); }
   const KdTree& tree() const { return tree_; }
   Vec3 direction(std::uint32_t i) const { return decode_direction(payload_[i].direction); }
-  Vec3 normal(std::uint32_t i) const { return decode_direction(payload_[i].normal); }
+  Vec3 normal(std::uint32_t i) const { return decode_normal(payload_[i].normal); }
   const Rgb& flux(std::uint32_t i) const { return payload_[i].flux; }
   std::uint64_t memory_bytes() const { return tree_.memory_bytes() + payload_.capacity() * sizeof(Payload); }
 

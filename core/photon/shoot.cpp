@@ -67,7 +67,7 @@ class PhotonWalk {
  private:
   void store(const SurfacePoint& surface, const Vec3& wi) {
     auto& photons = specular_chain_ ? block_->caustic : block_->global;
-    photons.emplace_back(surface.position, encode_direction(wi), encode_direction(surface.ng), flux_);
+    photons.emplace_back(surface.position, encode_direction(wi), encode_normal(surface.ng), flux_);
   }
 
   bool scatter(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask gathered, const Vec3& wi) {

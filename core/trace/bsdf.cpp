@@ -64,9 +64,14 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   const float opaque = dielectric * (1 - p.transmission);
   diffuse_ = opaque * p.base_color;
 
-  const Rgb layer_f0 = glm::min(normal_reflectance(material.ior) * p.specular_color, Rgb(1)) * p.specular;
-  f0_ = p.metallic * p.base_color + opaque * layer_f0;
-  f90_ = Rgb(p.metallic + opaque * p.specular);
+  Rgb layer_f0(0);
+  if (p.specular > 0) {
+    layer_f0 = glm::min(normal_reflectance(material.ior) * p.specular_color, Rgb(1)) * p.specular;
+  }
+  if (p.specular > 0 || p.metallic > 0) {
+    f0_ = p.metallic * p.base_color + opaque * layer_f0;
+    f90_ = Rgb(p.metallic + opaque * p.specular);
+  }
   glass_weight_ = dielectric * p.transmission;
   if (glass_weight_ > 0) {
     glass_tint_ = p.base_color;

@@ -138,6 +138,10 @@ TEST(Octahedral, LosesLessThanFourThousandthsOfADegree) {
     worst = std::max(worst, glm::length(glm::cross(d, glm::dvec3(w))));
   }
   EXPECT_LT(worst * 180 / kPi, 0.004);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 n = square_to_sphere(rng.next2());
+    EXPECT_LT(glm::distance(decode_normal(encode_normal(n)), n), 0.1f * kPi / 180);
+  }
   for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
     EXPECT_LT(glm::distance(decode_direction(encode_direction(axis)), axis), 5e-5f);
   }
