@@ -13,6 +13,7 @@ void add_pass(Film& film, const Image& pass) {
     film.sum_sq[i] += value * value;
   }
   ++film.passes;
+  film.rejected += pass.rejected;
 }
 
 Image film_mean(const Film& film) {

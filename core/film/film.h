@@ -15,6 +15,7 @@ struct Film {
   int width = 0;
   int height = 0;
   std::uint32_t passes = 0;
+  std::uint64_t rejected = 0;     ///< samples of all passes that were not finite
   std::vector<glm::dvec3> sum;
   std::vector<glm::dvec3> sum_sq;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,8 @@ namespace photond {
 struct Image {
   int width = 0;
   int height = 0;
-  std::vector<Rgb> pixels;   ///< width·height, row-major
+  std::vector<Rgb> pixels;        ///< width·height, row-major
+  std::uint64_t rejected = 0;     ///< samples that were not finite and count as black
 
   Image() = default;
   Image(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * h, Rgb(0)) {}

@@ -18,6 +18,14 @@ std::string radius_reason(const RenderSettings& settings, float radius) {
   return text;
 }
 
+void reject_non_finite(Image& image) {
+  for (Rgb& pixel : image.pixels) {
+    if (is_finite(pixel)) continue;
+    pixel = Rgb(0);
+    ++image.rejected;
+  }
+}
+
 RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, const PhotonMaps* maps) {
   RadianceSettings settings;
   settings.maps = maps;
@@ -78,10 +86,10 @@ Result<Image> render_pass(const RenderTask& task, std::uint32_t pass, const MapS
     const auto x = static_cast<float>(i % static_cast<std::size_t>(width));
     const auto y = static_cast<float>(i / static_cast<std::size_t>(width));
     const Vec2 film{(x + jitter.x) / static_cast<float>(width), (y + jitter.y) / static_cast<float>(height)};
-    const Rgb radiance = estimate_incoming(*task.scene, settings, camera_ray(task.camera, film, aspect), rng);
-    image.pixels[i] = is_finite(radiance) ? radiance : Rgb(0);
+    image.pixels[i] = estimate_incoming(*task.scene, settings, camera_ray(task.camera, film, aspect), rng);
   });
   if (execution.cancelled()) return cancelled();
+  reject_non_finite(image);
   return image;
 }
 

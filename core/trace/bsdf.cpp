@@ -70,7 +70,9 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   }
   if (p.specular > 0 || p.metallic > 0) {
     f0_ = p.metallic * p.base_color + opaque * layer_f0;
-    f90_ = Rgb(p.metallic + opaque * p.specular);
+    // An ideal mirror reflects its colour at every angle; Schlick's rise towards grazing belongs to rough metal.
+    const Rgb metal_f90 = alpha_ < kDeltaAlpha ? p.base_color : Rgb(1);
+    f90_ = p.metallic * metal_f90 + Rgb(opaque * p.specular);
   }
   glass_weight_ = dielectric * p.transmission;
   if (glass_weight_ > 0) {

@@ -78,6 +78,7 @@ Json render_json(const RenderCommand& command, const StopRule& stop, const Rende
           {"settings", settings_json(task, stop)},
           {"outputs", command.outputs},
           {"passes", rendering.film.passes},
+          {"rejected_samples", rendering.film.rejected},
           {"stopped_by", rendering.stopped_by},
           {"seconds",
            {{"load", seconds.load},

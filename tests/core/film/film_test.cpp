@@ -22,6 +22,15 @@ TEST(Film, MeanOfPasses) {
   EXPECT_EQ(film_mean(film).pixels[1], Rgb(2));
 }
 
+TEST(Film, CountsRejectedSamples) {
+  Film film(2, 1);
+  Image pass = constant(Rgb(1));
+  pass.rejected = 3;
+  add_pass(film, pass);
+  add_pass(film, pass);
+  EXPECT_EQ(film.rejected, 6u);
+}
+
 TEST(Film, ErrorNeedsTwoPasses) {
   Film film(2, 1);
   add_pass(film, constant(Rgb(1)));

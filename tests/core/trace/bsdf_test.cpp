@@ -139,8 +139,9 @@ TEST(BsdfEnergy, LambertReflectsItsAlbedoExactly) {
 
 TEST(BsdfEnergy, SmoothMirrorReflectsItsColour) {
   const Plane setup(test::mirror(Rgb(0.9f)));
-  // Schlick at normal incidence is f0.
-  EXPECT_TRUE(agrees(albedo(setup.bsdf({0, 0, 1}), Transport::flux, 1000), 0.9));
+  for (const float degrees : {0.0f, 45.0f, 89.0f}) {
+    EXPECT_TRUE(agrees(albedo(setup.bsdf(direction(degrees)), Transport::flux, 1000), 0.9)) << degrees;
+  }
 }
 
 TEST(BsdfEnergy, SmoothGlassLosesNothing) {
