@@ -10,9 +10,12 @@
 namespace photond::gltf {
 namespace {
 
+// Whether a surface is meant to light others. A texture that glows no brighter than paper (a label, a display) is
+// not: its file was made to be seen in somebody else's light.
 bool has_emitter(const Scene& scene) {
   const auto shines = [&](const Instance& instance) {
-    return scene.materials[scene.meshes[instance.mesh].material].emissive();
+    const Material& m = scene.materials[scene.meshes[instance.mesh].material];
+    return m.emissive() && (!m.emission_texture.used() || max_component(m.emission) > 1);
   };
   return std::any_of(scene.instances.begin(), scene.instances.end(), shines);
 }

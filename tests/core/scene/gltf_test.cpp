@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "core/film/encode.h"
 #include "tests/support/glb.h"
 
 namespace photond {
@@ -42,6 +43,26 @@ TEST(Gltf, ReadsATriangleAndStatesItsDefaults) {
   ASSERT_EQ(scene.cameras.size(), 1u);
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("default camera")));
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("environment")));
+}
+
+// A label that glows was made to be seen in somebody else's light; a lamp was not.
+TEST(Gltf, OnlyBrightEmissionReplacesTheDefaultLight) {
+  GlbDraft draft;
+  Image white(1, 1);
+  white.pixels = {Rgb(1)};
+  const std::vector<std::byte> png = *encode(white, ImageFormat::png);
+  const std::size_t offset = test::put(draft.bin, png);
+  draft.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", offset}, {"byteLength", png.size()}});
+  const std::size_t view = draft.json["bufferViews"].size() - 1;
+  draft.json["images"] = json::array({{{"bufferView", view}, {"mimeType", "image/png"}}});
+  draft.json["textures"] = json::array({{{"source", 0}}});
+  draft.json["materials"] = json::array({{{"emissiveFactor", {1, 1, 1}}, {"emissiveTexture", {{"index", 0}}}}});
+  primitive(draft)["attributes"]["TEXCOORD_0"] = draft.add_accessor<float>({0, 0, 1, 0, 0, 1}, 5126, "VEC2", 2);
+  primitive(draft)["material"] = 0;
+  EXPECT_TRUE(read(draft).environment.active());
+  draft.json["extensionsUsed"] = {"KHR_materials_emissive_strength"};
+  draft.json["materials"][0]["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 5;
+  EXPECT_FALSE(read(draft).environment.active());
 }
 
 TEST(Gltf, DefaultCameraSeesTheWholeBounds) {
