@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "core/math/frame.h"
+#include "core/math/transform.h"
 #include "core/math/warp.h"
 
 namespace photond {
@@ -132,7 +133,7 @@ SurfacePoint Lights::emitter_point(const Scene& scene, const Light& light, const
   s.mesh = &scene.meshes[placed.mesh];
   s.material = &scene.materials[s.mesh->material];
   if (s.material->emission_texture.used()) {
-    const bool mirrored = placed.moved && glm::determinant(glm::mat3(placed.to_world)) < 0;
+    const bool mirrored = placed.moved && is_mirrored(placed.to_world);
     s.vertices = s.mesh->triangles[light.index];
     s.u = mirrored ? uv.y : uv.x;
     s.v = mirrored ? uv.x : uv.y;

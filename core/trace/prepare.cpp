@@ -1,5 +1,7 @@
 #include "core/trace/prepare.h"
 
+#include "core/math/transform.h"
+
 namespace photond {
 
 namespace {
@@ -11,16 +13,14 @@ std::vector<std::uint32_t> mesh_uses(const Scene& scene) {
 }
 
 void move_to_world(Mesh& mesh, const Affine& m) {
-  const bool mirrored = glm::dot(m[0], glm::cross(m[1], m[2])) < 0;
-  const float side = mirrored ? -1.0f : 1.0f;
+  const bool mirrored = is_mirrored(m);
   for (Vec3& p : mesh.positions) p = transform_point(m, p);
   for (Vec3& n : mesh.normals) {
-    const Vec3 cofactors =
-        side * (n.x * glm::cross(m[1], m[2]) + n.y * glm::cross(m[2], m[0]) + n.z * glm::cross(m[0], m[1]));
-    const float length = glm::length(cofactors);
-    if (length > 0) n = cofactors / length;
+    const Vec3 moved = transform_normal(m, n);
+    const float length = glm::length(moved);
+    if (length > 0) n = moved / length;
   }
-  for (Vec4& t : mesh.tangents) t = Vec4(transform_vector(m, Vec3(t)), side * t.w);
+  for (Vec4& t : mesh.tangents) t = Vec4(transform_vector(m, Vec3(t)), mirrored ? -t.w : t.w);
   if (mirrored) {
     for (glm::uvec3& triangle : mesh.triangles) std::swap(triangle.y, triangle.z);
   }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/math/transform.h"
 #include "core/scene/texture.h"
 
 namespace photond {
@@ -15,13 +16,6 @@ T interpolate(const std::vector<T>& values, const glm::uvec3& i, float u, float 
 
 float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
 
-// Inverse transpose up to scale: cofactors survive singular and mirrored matrices.
-Vec3 transform_normal(const Affine& m, const Vec3& n) {
-  const Vec3 cofactors = n.x * glm::cross(m[1], m[2]) + n.y * glm::cross(m[2], m[0]) + n.z * glm::cross(m[0], m[1]);
-  const bool mirrored = glm::dot(m[0], glm::cross(m[1], m[2])) < 0;
-  return mirrored ? -cofactors : cofactors;
-}
-
 Vec2 surface_uv(const SurfacePoint& s, std::uint32_t set) {
   const auto& uv = s.mesh->uv[set];
   return uv.empty() ? Vec2(0) : interpolate(uv, s.vertices, s.u, s.v);
@@ -30,7 +24,7 @@ Vec2 surface_uv(const SurfacePoint& s, std::uint32_t set) {
 // Tangent and handedness of the normal texture: the mesh's own, or from the texture coordinates' gradient.
 bool tangent_space(const Scene& scene, const SurfacePoint& s, Vec3& tangent, float& handedness) {
   const Affine& m = scene.instances[s.instance].to_world;
-  const float orientation = glm::dot(m[0], glm::cross(m[1], m[2])) < 0 ? -1.0f : 1.0f;
+  const float orientation = is_mirrored(m) ? -1.0f : 1.0f;
   if (!s.mesh->tangents.empty()) {
     const Vec4 t = interpolate(s.mesh->tangents, s.vertices, s.u, s.v);
     tangent = transform_vector(m, Vec3(t));
@@ -121,7 +115,7 @@ inline TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, 
   world.a = transform_point(m, mesh.positions[i.x]);
   world.b = transform_point(m, mesh.positions[i.y]);
   world.c = transform_point(m, mesh.positions[i.z]);
-  world.mirrored = glm::dot(m[0], glm::cross(m[1], m[2])) < 0;
+  world.mirrored = is_mirrored(m);
   if (world.mirrored) std::swap(world.b, world.c);
   return world;
 }
