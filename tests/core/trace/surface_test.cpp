@@ -1,0 +1,110 @@
+#include "core/trace/surface.h"
+
+#include <gtest/gtest.h>
+
+#include "core/math/frame.h"
+#include "core/math/warp.h"
+#include "core/trace/prepare.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace photond {
+namespace {
+
+// The same sphere placed once (moved into the world) and twice (instanced).
+std::shared_ptr<const PreparedScene> placed(const Affine& to_world, bool instanced) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::sphere({0, 0, 0}, 1), test::add_material(scene, test::lambert(Rgb(0.5f))));
+  scene.instances[0].to_world = to_world;
+  if (instanced) scene.instances.push_back({0, Affine({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 1000})});
+  return test::prepared(std::move(scene));
+}
+
+const Affine kMirrored({-2, 0, 0}, {0, 0.5f, 0.5f}, {0, -0.7f, 0.7f}, {1, 2, 3});
+
+TEST(Surface, InstancesShadeLikeMeshesInPlace) {
+  const auto single = placed(kMirrored, false);
+  const auto instanced = placed(kMirrored, true);
+  EXPECT_FALSE(single->scene.instances[0].moved);
+  EXPECT_TRUE(instanced->scene.instances[0].moved);
+  Rng rng(1, RngPurpose::pilot, 0, 0);
+  int hits = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 origin = Vec3(1, 2, 3) + 6.0f * square_to_sphere(rng.next2());
+    const Vec3 target = Vec3(1, 2, 3) + 0.8f * square_to_sphere(rng.next2());
+    const Ray ray{origin, glm::normalize(target - origin)};
+    const Hit a = single->accel.intersect(ray);
+    const Hit b = instanced->accel.intersect(ray);
+    if (!a.found() || !b.found()) continue;  // grazing rays may fall to either side of an edge
+    ++hits;
+    const SurfacePoint s = make_surface(single->scene, ray, a);
+    const SurfacePoint t = make_surface(instanced->scene, ray, b);
+    EXPECT_LT(glm::distance(s.position, t.position), 2e-4f);
+    EXPECT_TRUE(s.front && t.front);   // outside a closed body, mirrored or not
+    EXPECT_GT(glm::dot(s.ns, t.ns), 0.999f);
+    EXPECT_GT(glm::dot(s.ng, s.ns), 0.9f);
+  }
+  EXPECT_GT(hits, 500);
+}
+
+// Rays that leave a convex body never meet it again, wherever and however large it is.
+TEST(Surface, SpawnedRaysDoNotHitTheirOwnSurface) {
+  for (const float scale : {1e-4f, 1.0f, 1e4f}) {
+    for (const float shift : {0.0f, 100.0f}) {
+      const Affine m({scale, 0, 0}, {0, scale, 0}, {0, 0, scale}, Vec3(shift * scale));
+      const auto scene = placed(m, false);
+      Rng rng(2, RngPurpose::pilot, 0, 0);
+      int again = 0;
+      int count = 0;
+      for (int i = 0; i < 20'000; ++i) {
+        const Vec3 center(shift * scale);
+        const Vec3 origin = center + 3 * scale * square_to_sphere(rng.next2());
+        const Vec3 local = square_to_cosine_hemisphere(rng.next2());
+        const Ray ray{origin, glm::normalize(center - origin)};
+        const Hit hit = scene->accel.intersect(ray);
+        if (!hit.found()) continue;
+        ++count;
+        const SurfacePoint s = make_surface(scene->scene, ray, hit);
+        again += scene->accel.occluded(spawn_ray(s, Frame(s.ng).to_world(local)));
+      }
+      EXPECT_GT(count, 19'900);
+      EXPECT_EQ(again, 0) << "scale " << scale << " shift " << shift;
+    }
+  }
+}
+
+TEST(Surface, SingleSidedEmittersAreDarkFromBehind) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::parallelogram({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}),
+                 test::add_material(scene, test::emitter(Rgb(3))));
+  const auto prepared = test::prepared(std::move(scene));
+  for (const float side : {1.0f, -1.0f}) {
+    const Ray ray{{0.1f, 0.2f, side}, {0, 0, -side}};
+    const SurfacePoint s = make_surface(prepared->scene, ray, prepared->accel.intersect(ray));
+    EXPECT_EQ(emitted_radiance(prepared->scene, s), Rgb(side > 0 ? 3.0f : 0.0f));
+    EXPECT_FLOAT_EQ(s.ng.z, side);
+  }
+}
+
+// A mask of alpha .5: opaque at a cutoff of .4, absent at .6; a blend of .25 stops a quarter of random rays.
+TEST(Accel, AlphaDecidesWhatIsHit) {
+  const auto share = [](AlphaMode mode, float alpha, float cutoff) {
+    Scene scene = test::empty_scene();
+    Material m = test::lambert(Rgb(1));
+    m.alpha_mode = mode;
+    m.alpha = alpha;
+    m.alpha_cutoff = cutoff;
+    test::add_mesh(scene, test::parallelogram({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), test::add_material(scene, m));
+    const auto prepared = test::prepared(std::move(scene));
+    return test::draw(20'000, [&](Rng& rng) {
+      const Vec2 p = 1.8f * rng.next2() - 0.9f;
+      return prepared->accel.intersect({{p.x, p.y, 1}, {0, 0, -1}}).found() ? 1.0 : 0.0;
+    });
+  };
+  EXPECT_EQ(share(AlphaMode::mask, 0.5f, 0.4f).mean, 1);
+  EXPECT_EQ(share(AlphaMode::mask, 0.5f, 0.6f).mean, 0);
+  EXPECT_TRUE(test::agrees(share(AlphaMode::blend, 0.25f, 0), 0.25));
+}
+
+}  // namespace
+}  // namespace photond
