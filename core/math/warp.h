@@ -6,10 +6,10 @@
 
 namespace photond {
 
-/// sin and cos of |x| ≤ π/4 to float precision (Taylor; the next terms are below 3·10⁻⁸).
+/// sin and cos of |x| ≤ π/4 to float precision (Taylor; the terms left out are below 3·10⁻⁸).
 inline float sin_eighth(float x) {
   const float s = x * x;
-  return x * (1 + s * (-1 / 6.0f + s * (1 / 120.0f - s * (1 / 5040.0f))));
+  return x * (1 + s * (-1 / 6.0f + s * (1 / 120.0f + s * (-1 / 5040.0f + s * (1 / 362880.0f)))));
 }
 inline float cos_eighth(float x) {
   const float s = x * x;

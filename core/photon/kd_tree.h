@@ -13,7 +13,7 @@ namespace photond {
 /// A balanced kd-tree over points, with buckets of at most kLeafSize points and no stored child links: node i has
 /// the children 2i+1 and 2i+2, and a node's points are the halves of its parent's range. Points are kept in leaf
 /// order as three arrays, so that a leaf's distances are computed several at a time. Median splits of the longest
-/// side [Bentley 1975]; about 13.25 bytes a point.
+/// side [Bentley 1975]; about 13 bytes a point.
 class KdTree {
  public:
   static constexpr std::uint32_t kLeafSize = 12;

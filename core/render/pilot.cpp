@@ -11,7 +11,7 @@ namespace photond {
 namespace {
 
 constexpr std::uint32_t kPilotPass = 0xffffffff;     // a pass number no rendering reaches
-constexpr std::uint32_t kPilotPhotons = 32'768;      // enough to know the density of what is lit to ±20 %
+constexpr std::uint32_t kPilotPhotons = 32'768;      // a few percent of a pass
 constexpr std::uint32_t kNeighbours = 16;
 constexpr int kQueriesPerSide = 32;
 constexpr int kMaxSpecular = 16;

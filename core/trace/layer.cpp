@@ -9,7 +9,7 @@ namespace photond {
 
 namespace {
 
-constexpr int kSize = 32;  // cells per axis; at 64 the interpolated values change by less than .001
+constexpr int kSize = 32;  // nodes per axis
 
 // The split of the layer's albedo into the parts that f0 and f90 scale, by stratified sampling of visible normals.
 LayerAlbedo integrate(float cos_o, float alpha) {

@@ -10,7 +10,7 @@ struct LayerAlbedo {
 };
 
 /// Directional albedo of the layer for the cosine of the viewing direction and GGX α; closed form where the layer
-/// is smooth, otherwise from a table by bilinear interpolation (error below .002).
+/// is smooth, otherwise from a table by bilinear interpolation (the furnace test bounds its error).
 LayerAlbedo layer_albedo(float cos_o, float alpha);
 /// Its cosine-weighted mean over the hemisphere.
 LayerAlbedo layer_albedo_average(float alpha);
