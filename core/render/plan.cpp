@@ -64,8 +64,7 @@ PlanItem choose_method(const Features& features, Method& method) {
 
 }  // namespace
 
-Result<Plan> make_plan(const PreparedScene& scene, const PhotonSettings&, const RenderSettings& settings,
-                       const Execution& execution) {
+Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& settings, const Execution& execution) {
   if (execution.cancelled()) return cancelled();
   const Features features = find_features(scene.scene);
   Plan plan;

@@ -27,7 +27,6 @@ struct Plan {
 };
 
 /// Decides method and features. `settings.method` other than automatic is kept.
-Result<Plan> make_plan(const PreparedScene& scene, const PhotonSettings& photons, const RenderSettings& settings,
-                       const Execution& execution);
+Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& settings, const Execution& execution);
 
 }  // namespace photond

@@ -52,7 +52,7 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
   StopRule any;
   any.passes = 1;
   if (Status status = check_settings(photons, settings, any); !status) return status.error();
-  Result<Plan> plan = make_plan(*scene, photons, settings, execution);
+  Result<Plan> plan = make_plan(*scene, settings, execution);
   if (!plan) return plan.error();
   if (plan->method == Method::progressive) {
     plan->radius = settings.radius;

@@ -6,7 +6,6 @@
 
 #include "core/math/warp.h"
 #include "core/trace/layer.h"
-#include "core/trace/microfacet.h"
 
 namespace photond {
 
@@ -71,7 +70,7 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   if (p.specular > 0 || p.metallic > 0) {
     f0_ = p.metallic * p.base_color + opaque * layer_f0;
     // An ideal mirror reflects its colour at every angle; Schlick's rise towards grazing belongs to rough metal.
-    const Rgb metal_f90 = alpha_ < kDeltaAlpha ? p.base_color : Rgb(1);
+    const Rgb metal_f90 = alpha_ < kSmoothAlpha ? p.base_color : Rgb(1);
     f90_ = p.metallic * metal_f90 + Rgb(opaque * p.specular);
   }
   glass_weight_ = dielectric * p.transmission;
@@ -263,7 +262,7 @@ bool Bsdf::sample_diffuse(const Vec2& u, LobeMask mask, Transport transport, Bsd
 }
 
 bool Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
-  if (alpha_ < kDeltaAlpha) {
+  if (alpha_ < kSmoothAlpha) {
     const Vec3 wi{-wo_.x, -wo_.y, wo_.z};
     out.wi = frame_.to_world(wi);
     out.weight = reflection_fresnel(wo_.z) / selection(kReflectionLobe, mask);
@@ -277,7 +276,7 @@ bool Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport, 
 }
 
 bool Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const {
-  const bool delta = alpha_ < kDeltaAlpha;
+  const bool delta = alpha_ < kSmoothAlpha;
   const Vec3 h = delta ? Vec3(0, 0, 1) : ggx_sample_visible(wo_, alpha_, u);
   const float cos_h = glm::dot(wo_, h);
   if (cos_h <= 0) return false;

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/math/frame.h"
+#include "core/trace/microfacet.h"
 #include "core/trace/surface.h"
 
 namespace photond {
@@ -43,7 +44,7 @@ class Bsdf {
   /// The lobes that are not black.
   LobeMask lobes() const { return lobes_; }
   /// The lobes among them that are Dirac distributions.
-  LobeMask delta_lobes() const { return alpha_ < kDeltaAlpha ? lobes_ & (kReflectionLobe | kGlassLobe) : kNoLobe; }
+  LobeMask delta_lobes() const { return alpha_ < kSmoothAlpha ? lobes_ & (kReflectionLobe | kGlassLobe) : kNoLobe; }
   /// GGX α of the reflection and glass lobes.
   float alpha() const { return alpha_; }
 
@@ -55,8 +56,6 @@ class Bsdf {
   std::optional<BsdfSample> sample(const Vec3& u, LobeMask mask, Transport transport) const;
 
  private:
-  static constexpr float kDeltaAlpha = 1e-4f;  // kSmoothAlpha of microfacet.h
-
   void set_layer(const Rgb& f0, float f90);
   void set_selection();
   float layer_scale(float cos_i) const;

@@ -85,7 +85,7 @@ int run_info(const InfoCommand& command) {
   if (!scene) return print_failure(command.scene, scene.error());
   const auto prepared = prepare(*std::move(scene), workers.execution());
   if (!prepared) return print_failure(command.scene, prepared.error());
-  const auto plan = make_plan(**prepared, PhotonSettings{}, RenderSettings{}, workers.execution());
+  const auto plan = make_plan(**prepared, RenderSettings{}, workers.execution());
   if (!plan) return print_failure(command.scene, plan.error());
   const SceneSummary summary = summarize(**prepared, *plan);
   if (command.json)

@@ -49,7 +49,7 @@ Result<Plan> Jobs::check(const JobSpec& spec, std::stop_token stop) {
   const Execution execution = workers_.execution(stop);
   const auto scene = scenes_.prepared(spec.scene, execution);
   if (!scene) return Error{scene.error().code, scene.error().message, "/scene"};
-  return make_plan(**scene, spec.photons, spec.settings, execution);
+  return make_plan(**scene, spec.settings, execution);
 }
 
 Result<JobRecord> Jobs::submit(const JobSpec& spec, std::stop_token stop) {

@@ -129,7 +129,7 @@ Result<SceneLibrary::Prepared> SceneLibrary::prepare_bytes(const Blob& bytes, co
 }
 
 Result<SceneLibrary::Summary> SceneLibrary::summarize(const Prepared& scene, const Execution& execution) {
-  Result<Plan> plan = make_plan(*scene, PhotonSettings{}, RenderSettings{}, execution);
+  Result<Plan> plan = make_plan(*scene, RenderSettings{}, execution);
   if (!plan) return plan.error();
   SceneSummary summary{make_report(scene->scene), scene->scene.cameras, std::move(*plan)};
   return std::make_shared<const SceneSummary>(std::move(summary));
