@@ -31,10 +31,4 @@ AliasTable::AliasTable(std::span<const double> weights) : bins_(weights.size()) 
   }
 }
 
-std::uint32_t AliasTable::sample(float u) const {
-  const float scaled = u * static_cast<float>(bins_.size());
-  const std::size_t i = std::min(static_cast<std::size_t>(scaled), bins_.size() - 1);
-  return scaled - static_cast<float>(i) < bins_[i].threshold ? static_cast<std::uint32_t>(i) : bins_[i].alias;
-}
-
 }  // namespace photond

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,7 +19,12 @@ class AliasTable {
   /// Probability of an index.
   float pdf(std::size_t index) const { return bins_[index].probability; }
   /// An index for u in [0, 1).
-  std::uint32_t sample(float u) const;
+  std::uint32_t sample(float u) const {
+    const float scaled = u * static_cast<float>(bins_.size());
+    const auto i = std::min(static_cast<std::uint32_t>(scaled), static_cast<std::uint32_t>(bins_.size()) - 1);
+    const std::uint32_t choices[2] = {bins_[i].alias, i};  // indexed: which one it is no branch can predict
+    return choices[scaled - static_cast<float>(i) < bins_[i].threshold];
+  }
 
  private:
   struct Bin {

@@ -12,13 +12,11 @@ inline std::uint32_t encode_direction(const Vec3& w) {
   const float scale = 1 / (std::abs(w.x) + std::abs(w.y) + std::abs(w.z));
   float x = w.x * scale;
   float y = w.y * scale;
-  if (w.z < 0) {
-    const float folded = (1 - std::abs(y)) * std::copysign(1.0f, x);
-    y = (1 - std::abs(x)) * std::copysign(1.0f, y);
-    x = folded;
-  }
-  const auto quantize = [](float v) { return static_cast<std::uint32_t>((v * 0.5f + 0.5f) * 65535.0f + 0.5f); };
-  return quantize(x) | quantize(y) << 16;
+  const float fold = std::max(-w.z * scale, 0.0f);  // 1 − |x| − |y| of the lower half
+  x += std::copysign(fold, x);
+  y += std::copysign(fold, y);
+  const auto quantize = [](float v) { return static_cast<std::int32_t>((v * 0.5f + 0.5f) * 65535.0f + 0.5f); };
+  return static_cast<std::uint32_t>(quantize(x) | quantize(y) << 16);
 }
 
 inline Vec3 decode_direction(std::uint32_t bits) {
@@ -33,8 +31,8 @@ inline Vec3 decode_direction(std::uint32_t bits) {
 
 /// A unit vector in three times ten bits: for tests of orientation only; error below .1°.
 inline std::uint32_t encode_normal(const Vec3& n) {
-  const auto quantize = [](float v) { return static_cast<std::uint32_t>((v + 1) * 511.0f + 0.5f); };
-  return quantize(n.x) | quantize(n.y) << 10 | quantize(n.z) << 20;
+  const auto quantize = [](float v) { return static_cast<std::int32_t>((v + 1) * 511.0f + 0.5f); };
+  return static_cast<std::uint32_t>(quantize(n.x) | quantize(n.y) << 10 | quantize(n.z) << 20);
 }
 /// Its length is 1 to .2 %.
 inline Vec3 decode_normal(std::uint32_t bits) {

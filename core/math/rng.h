@@ -19,17 +19,24 @@ inline std::uint64_t mix64(std::uint64_t x) {
   return x ^ (x >> 33);
 }
 
+/// What all random streams of one pass have in common.
+struct RngKey {
+  RngKey(std::uint64_t seed, RngPurpose purpose, std::uint64_t pass)
+      : bits(mix64(mix64(seed + 0x9e3779b97f4a7c15ULL * static_cast<std::uint64_t>(purpose)) ^
+                   (pass + 0x632be59bd9b4e019ULL))) {}
+  std::uint64_t bits;
+};
+
 /// A PCG32 stream [O'Neill 2014] keyed by (seed, purpose, pass, index): one per emitted path and one per
 /// (pixel, pass), never per thread, so that results do not depend on scheduling.
 class Rng {
  public:
-  Rng(std::uint64_t seed, RngPurpose purpose, std::uint64_t pass, std::uint64_t index) {
-    const std::uint64_t key = mix64(seed + 0x9e3779b97f4a7c15ULL * static_cast<std::uint64_t>(purpose));
-    const std::uint64_t stream = mix64(key ^ (pass + 0x632be59bd9b4e019ULL));
-    increment_ = (stream << 1) | 1;
-    state_ = mix64(stream + index * 0x9e3779b97f4a7c15ULL);
+  Rng(const RngKey& key, std::uint64_t index)
+      : state_(mix64(key.bits + index * 0x9e3779b97f4a7c15ULL)), increment_((key.bits << 1) | 1) {
     next_uint();
   }
+  Rng(std::uint64_t seed, RngPurpose purpose, std::uint64_t pass, std::uint64_t index)
+      : Rng(RngKey(seed, purpose, pass), index) {}
 
   std::uint32_t next_uint() {
     const std::uint64_t old = state_;

@@ -1,10 +1,18 @@
 #pragma once
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "core/math/types.h"
 
 namespace photond {
+
+/// `condition ? a : b` without a branch, for conditions that no branch could predict.
+inline float choose(bool condition, float a, float b) {
+  const std::uint32_t mask = condition ? 0xffffffffu : 0;
+  return std::bit_cast<float>((std::bit_cast<std::uint32_t>(a) & mask) | (std::bit_cast<std::uint32_t>(b) & ~mask));
+}
 
 /// sin and cos of |x| ≤ π/4 to float precision (Taylor; the terms left out are below 3·10⁻⁸).
 inline float sin_eighth(float x) {
@@ -18,14 +26,13 @@ inline float cos_eighth(float x) {
 
 /// Uniform on the unit disk, area-preserving and continuous [Shirley and Chiu 1997]; density 1/π.
 inline Vec2 square_to_disk(const Vec2& u) {
-  const Vec2 v = 2.0f * u - 1.0f;
-  const bool wide = std::abs(v.x) > std::abs(v.y);
-  const float r = wide ? v.x : v.y;
-  if (r == 0) return {0, 0};
-  const float phi = (kPi / 4) * ((wide ? v.y : v.x) / r);
+  const float x = 2 * u.x - 1, y = 2 * u.y - 1;
+  const float wide = std::abs(x), high = std::abs(y);
+  const float r = std::max({wide, high, std::numeric_limits<float>::min()});  // the centre is not 0/0
+  const float phi = (kPi / 4) * (std::min(wide, high) / r);
   const float along = r * cos_eighth(phi);
   const float across = r * sin_eighth(phi);
-  return wide ? Vec2(along, across) : Vec2(across, along);
+  return {std::copysign(choose(wide > high, along, across), x), std::copysign(choose(wide > high, across, along), y)};
 }
 
 /// Cosine-distributed on the hemisphere z ≥ 0.
