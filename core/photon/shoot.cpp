@@ -6,6 +6,7 @@
 #include <new>
 
 #include "core/math/rng.h"
+#include "core/math/warp.h"
 #include "core/trace/medium.h"
 #include "core/trace/roulette.h"
 
@@ -13,7 +14,7 @@ namespace photond {
 
 namespace {
 
-double mean(const Rgb& c) { return (static_cast<double>(c.x) + c.y + c.z) * (1.0 / 3); }
+float mean(const Rgb& c) { return (c.x + c.y + c.z) * (1.0f / 3); }
 
 // |wi·ns||wo·ng| / (|wi·ng||wo·ns|) for the photon's incoming direction `in` and outgoing direction `out`: what
 // makes the photon's walk the adjoint of the camera's on interpolated normals. Bounded: at grazing incidence it
@@ -25,142 +26,275 @@ float shading_normal_factor(const SurfacePoint& s, const Vec3& in, const Vec3& o
   return below > 0 ? std::min(above / below, kMax) : 0;
 }
 
-// One emitted path on its way through the scene.
-class PhotonWalk {
- public:
-  PhotonWalk(const PreparedScene& scene, PhotonBlock& block) : scene_(&scene), block_(&block) {}
+// Walks that are advanced together: their plain bounces are computed several at a time, and while one waits for its
+// triangle, the others' rays are traced.
+constexpr std::uint32_t kBatch = kLanes;
+// A scene of this size stays in the cache by itself.
+constexpr std::uint64_t kCachedTriangles = 1024;
 
-  // Leaves a light; false where that emits nothing.
-  bool start(const Rng& rng) {
-    rng_ = rng;
-    const EmissionSample emission = scene_->lights.sample_emission(scene_->scene, rng_);
-    ray_ = emission.ray;
-    flux_ = emission.flux;
-    medium_ = {};
-    depth_ = 0;
-    specular_chain_ = true;
-    power_ = mean(flux_);
-    block_->ledger.emitted += power_;
-    return power_ > 0;
+// One emitted path on its way through the scene.
+struct Walk {
+  Ray ray;
+  Rgb flux{0};
+  float power = 0;               // mean of flux
+  std::uint32_t depth = 0;
+  std::uint32_t map = 0;         // where it is stored: kGlobal, or kCaustic after only specular bounces
+  Medium medium;
+  Rng rng{0, RngPurpose::photon, 0, 0};
+};
+enum : std::uint32_t { kGlobal, kCaustic };
+
+// Some of the walks of a batch, by index. Filled without branches: whether a walk belongs, none could predict.
+struct Subset {
+  std::array<std::uint32_t, kBatch> items;
+  std::uint32_t size = 0;
+
+  void add(std::uint32_t item, bool belongs = true) {
+    items[size] = item;
+    size += belongs;
+  }
+  const std::uint32_t* begin() const { return items.data(); }
+  const std::uint32_t* end() const { return items.data() + size; }
+};
+
+// Advances a batch of walks together, one kind of work at a time.
+class Shooter {
+ public:
+  Shooter(const PreparedScene& scene, const MapKey& key, std::uint64_t first, std::uint64_t last)
+      : scene_(scene),
+        key_(key.settings.seed, RngPurpose::photon, key.pass),
+        next_(first),
+        last_(last),
+        far_(scene.triangle_count > kCachedTriangles) {
+    block_.global.reserve(2 * (last - first));
   }
 
-  const Ray& ray() const { return ray_; }
-
-  // From the ray's end off the surface again; false where the path ends.
-  bool advance(const Hit& hit) {
-    if (!hit.found()) {
-      block_->ledger.escaped += power_;
-      return false;
+  PhotonBlock run(std::vector<Ray>* record) {
+    Subset all;
+    for (std::uint32_t i = 0; i < kBatch; ++i) all.add(i);
+    restart(all);
+    while (live_.size > 0) {
+      intersect(record);
+      scatter_all();
+      keep_photons();
     }
-    const SurfacePoint surface = make_surface(scene_->scene, ray_, hit);
-    if (medium_.active() || surface.material->transmission > 0) absorb(flux_ * medium_.transmittance(surface, hit.t));
-    const Vec3 wi = -ray_.direction;
-    const Bsdf bsdf(scene_->scene, surface, wi);
-    const LobeMask gathered = gathered_lobes(bsdf);
-    if (depth_ > 0 && gathered != kNoLobe) store(surface, wi);
-    if (!scatter(surface, bsdf, gathered, wi)) return false;
-    if (++depth_ < kMaxPhotonDepth) return true;
-    block_->ledger.truncated += power_;
-    return false;
+    return std::move(block_);
   }
 
  private:
-  void store(const SurfacePoint& surface, const Vec3& wi) {
-    auto& photons = specular_chain_ ? block_->caustic : block_->global;
-    photons.emplace_back(surface.position, encode_direction(wi), encode_normal(surface.ng), flux_);
+  // Starts new paths in the place of those that have ended, while there are any.
+  void restart(Subset ended) {
+    while (ended.size > 0 && next_ < last_) ended = emit(ended);
   }
 
-  bool scatter(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask gathered, const Vec3& wi) {
-    const Vec2 u = rng_.next2();
-    const float choice = rng_.next();
+  // Lets a path leave a light for each of `places`. Returns those where nothing was emitted.
+  Subset emit(const Subset& places) {
+    std::array<std::uint32_t, kBatch> light;
+    Subset starting, lanes, nothing;
+    for (const std::uint32_t i : places) {
+      if (next_ == last_) break;
+      walks_[i].rng = Rng(key_, next_++);
+      light[i] = scene_.lights.choose(walks_[i].rng.next());
+      scene_.lights.prefetch(light[i]);
+      starting.add(i);
+    }
+    for (const std::uint32_t i : starting) {
+      Walk& walk = walks_[i];
+      walk.flux = scene_.lights.begin_emission(scene_.scene, light[i], walk.rng, lanes.size, emissions_);
+      const bool in_lanes = !is_black(walk.flux);
+      lanes.add(i, in_lanes);
+      if (!in_lanes) {
+        const EmissionSample emission = scene_.lights.sample_emission(scene_.scene, light[i], walk.rng);
+        walk.ray = emission.ray;
+        walk.flux = emission.flux;
+      }
+    }
+    emissions_.emit(lanes.size);
+    for (std::uint32_t k = 0; k < lanes.size; ++k) {
+      walks_[lanes.items[k]].ray.origin = emissions_.position[k];
+      walks_[lanes.items[k]].ray.direction = emissions_.direction[k];
+    }
+    for (const std::uint32_t i : starting) {
+      const bool started = start(walks_[i]);
+      live_.add(i, started);
+      nothing.add(i, !started);
+    }
+    return nothing;
+  }
+
+  // Begins the walk of an emitted path; false where it carries nothing.
+  bool start(Walk& walk) {
+    walk.power = mean(walk.flux);
+    walk.depth = 0;
+    walk.map = kCaustic;
+    walk.medium = {};
+    block_.ledger.emitted += walk.power;
+    if (std::isfinite(walk.power)) return walk.power > 0;
+    block_.ledger.rejected += walk.power;
+    return false;
+  }
+
+  void intersect(std::vector<Ray>* record) {
+    for (const std::uint32_t i : live_) {
+      if (record != nullptr) record->push_back(walks_[i].ray);
+      new (&hits_[i]) Hit(scene_.accel.intersect(walks_[i].ray));  // in place: a copy would stall on its stores
+      if (far_) prefetch_triangle(scene_.scene, hits_[i]);
+    }
+    for (const std::uint32_t i : live_) {
+      if (far_) prefetch_vertices(scene_.scene, hits_[i]);
+    }
+    block_.rays += live_.size;
+  }
+
+  void scatter_all() {
+    Subset plain, other, ended;
+    for (const std::uint32_t i : live_) {
+      const Hit& hit = hits_[i];
+      const bool found = hit.found();
+      const bool is_plain = found && scene_.plain[hit.instance] && !walks_[i].medium.active();
+      plain.add(i, is_plain);
+      other.add(i, found && !is_plain);
+      ended.add(i, !found);
+    }
+    live_ = {};
+    for (const std::uint32_t i : ended) block_.ledger.escaped += walks_[i].power;
+    scatter_plain(plain, ended);
+    for (const std::uint32_t i : other) {
+      const bool alive = scatter(walks_[i], hits_[i]);
+      live_.add(i, alive);
+      ended.add(i, !alive);
+    }
+    restart(ended);
+  }
+
+  // The walks at plain surfaces: as `scatter`, without what is not needed there and without a branch that depends
+  // on chance.
+  void scatter_plain(const Subset& plain, Subset& ended) {
+    for (std::uint32_t k = 0; k < plain.size; ++k) {
+      Walk& walk = walks_[plain.items[k]];
+      const Hit& hit = hits_[plain.items[k]];
+      const PlainInstance& surface = scene_.plain[hit.instance];
+      const glm::uvec3 triangle = surface.triangles[hit.triangle];
+      bounces_.a.set(k, surface.positions[triangle.x]);
+      bounces_.b.set(k, surface.positions[triangle.y]);
+      bounces_.c.set(k, surface.positions[triangle.z]);
+      bounces_.u[k] = hit.u;
+      bounces_.v[k] = hit.v;
+      bounces_.albedo.set(k, surface.albedo);
+      bounces_.direction.set(k, walk.ray.direction);
+      bounces_.flux.set(k, walk.flux);
+      bounces_.depth[k] = walk.depth;
+      for (auto& random : bounces_.random) random[k] = walk.rng.next();
+    }
+    bounces_.scatter(plain.size);
+    for (std::uint32_t k = 0; k < plain.size; ++k) {
+      Walk& walk = walks_[plain.items[k]];
+      store(walk, bounces_.position[k], bounces_.from[k], bounces_.normal[k], walk.depth > 0);
+      block_.ledger.absorbed += static_cast<double>(walk.power) - bounces_.next_power[k];
+      walk.ray.origin = bounces_.origin[k];
+      walk.ray.direction = bounces_.next_direction[k];
+      walk.flux = bounces_.next_flux[k];
+      walk.power = bounces_.next_power[k];
+      walk.map = kGlobal;
+      const bool alive = goes_on(walk);
+      live_.add(plain.items[k], alive);
+      ended.add(plain.items[k], !alive);
+    }
+  }
+
+  // From the ray's end off the surface again; false where the path ends.
+  bool scatter(Walk& walk, const Hit& hit) {
+    const SurfacePoint surface = make_surface(scene_.scene, walk.ray, hit);
+    if (walk.medium.active() || surface.material->transmission > 0) {
+      carry(walk, walk.flux * walk.medium.transmittance(surface, hit.t));
+    }
+    const Vec3 wi = -walk.ray.direction;
+    const Bsdf bsdf(scene_.scene, surface, wi);
+    const LobeMask gathered = gathered_lobes(bsdf);
+    store(walk, surface.position, encode_direction(wi), encode_normal(surface.ng),
+          walk.depth > 0 && gathered != kNoLobe);
+    const Vec2 u = walk.rng.next2();
+    const float choice = walk.rng.next();
     const auto sample = bsdf.sample({u, choice}, kAllLobes, Transport::flux);
-    const float roulette = rng_.next();
+    const float roulette = walk.rng.next();
     if (!sample) {
-      absorb(Rgb(0));
+      carry(walk, Rgb(0));
       return false;
     }
-    Rgb next = flux_ * sample->weight;
+    Rgb next = walk.flux * sample->weight;
     if (surface.smooth) next *= shading_normal_factor(surface, wi, sample->wi);
     if (!is_finite(next)) {
-      block_->ledger.rejected += power_;
+      block_.ledger.rejected += walk.power;
       return false;
     }
     // Survival in proportion to what is reflected: the power of a survivor changes only in colour.
-    const float survival = survival_probability(max_component(next) / max_component(flux_), depth_);
+    const float survival = survival_probability(max_component(next) / max_component(walk.flux), walk.depth);
     if (roulette >= survival) {
-      absorb(Rgb(0));
+      carry(walk, Rgb(0));
       return false;
     }
-    absorb(next * (1 / survival));
-    if ((sample->lobe & gathered) != 0) specular_chain_ = false;
-    medium_.cross(surface, *sample);
-    ray_.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);
-    ray_.direction = sample->wi;
-    return true;
+    if ((sample->lobe & gathered) != 0) walk.map = kGlobal;
+    walk.medium.cross(surface, *sample);
+    walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);
+    walk.ray.direction = sample->wi;
+    carry(walk, next * (1 / survival));
+    return goes_on(walk);
   }
 
-  void absorb(const Rgb& remaining) {
-    const double power = mean(remaining);
-    block_->ledger.absorbed += power_ - power;
-    flux_ = remaining;
-    power_ = power;
+  void carry(Walk& walk, const Rgb& flux) {
+    const float power = mean(flux);
+    block_.ledger.absorbed += static_cast<double>(walk.power) - power;
+    walk.flux = flux;
+    walk.power = power;
   }
 
-  const PreparedScene* scene_;
-  PhotonBlock* block_;
-  Rng rng_{0, RngPurpose::photon, 0, 0};
-  Ray ray_;
-  Rgb flux_{0};
-  double power_ = 0;             // mean of flux_
-  Medium medium_;
-  std::uint32_t depth_ = 0;
-  bool specular_chain_ = true;   // only specular bounces so far
+  // After a bounce; false where the path ends.
+  bool goes_on(Walk& walk) {
+    if (++walk.depth < kMaxPhotonDepth) return walk.power > 0;
+    block_.ledger.truncated += walk.power;
+    return false;
+  }
+
+  void store(const Walk& walk, const Vec3& position, std::uint32_t from, std::uint32_t normal, bool wanted) {
+    std::uint32_t& count = stored_count_[walk.map];
+    Photon& photon = stored_[walk.map][count];
+    photon.position = position;
+    photon.direction = from;
+    photon.normal = normal;
+    photon.flux = walk.flux;
+    count += wanted;
+  }
+
+  // Moves the batch's photons into the block.
+  void keep_photons() {
+    const Photon* global = stored_[kGlobal].data();
+    const Photon* caustic = stored_[kCaustic].data();
+    block_.global.insert(block_.global.end(), global, global + stored_count_[kGlobal]);
+    block_.caustic.insert(block_.caustic.end(), caustic, caustic + stored_count_[kCaustic]);
+    stored_count_ = {};
+  }
+
+  const PreparedScene& scene_;
+  RngKey key_;
+  std::uint64_t next_;           // the next path to emit
+  std::uint64_t last_;
+  bool far_;
+  PhotonBlock block_;
+  Subset live_;
+  std::array<Walk, kBatch> walks_;
+  std::array<Hit, kBatch> hits_;
+  EmissionLanes emissions_{};
+  PlainBounces bounces_{};
+  std::array<std::array<Photon, kBatch + 1>, 2> stored_;  // one more: an unwanted photon is written, too
+  std::array<std::uint32_t, 2> stored_count_{};
 };
-
-// Walks that are advanced in turn: while one waits for its triangle, the others' rays are traced.
-constexpr std::size_t kBatch = 16;
-// A scene of this size stays in the cache by itself.
-constexpr std::uint64_t kCachedTriangles = 1024;
 
 }  // namespace
 
 PhotonBlock shoot(const PreparedScene& scene, const MapKey& key, std::uint64_t first, std::uint64_t last,
                   std::vector<Ray>* record) {
-  PhotonBlock block;
-  if (scene.lights.empty()) return block;
-  block.global.reserve(2 * (last - first));
-  std::vector<PhotonWalk> walks(kBatch, PhotonWalk(scene, block));
-  std::array<Hit, kBatch> hits;
-  std::uint64_t next = first;
-  // Starts the next path that carries anything; false when all have been.
-  const auto restart = [&](PhotonWalk& walk) {
-    while (next < last) {
-      if (walk.start(Rng(key.settings.seed, RngPurpose::photon, key.pass, next++))) return true;
-    }
-    return false;
-  };
-  const bool far = scene.triangle_count > kCachedTriangles;
-  std::size_t active = 0;
-  while (active < kBatch && restart(walks[active])) ++active;
-  while (active > 0) {
-    for (std::size_t i = 0; i < active; ++i) {
-      if (record != nullptr) record->push_back(walks[i].ray());
-      new (&hits[i]) Hit(scene.accel.intersect(walks[i].ray()));  // in place: a copy would stall on its stores
-      if (far) prefetch_triangle(scene.scene, hits[i]);
-    }
-    block.rays += active;
-    for (std::size_t i = 0; far && i < active; ++i) prefetch_vertices(scene.scene, hits[i]);
-    for (std::size_t i = 0; i < active;) {
-      if (walks[i].advance(hits[i]) || restart(walks[i])) {
-        ++i;
-      } else {
-        --active;
-        walks[i] = walks[active];
-        hits[i] = hits[active];
-      }
-    }
-  }
-  return block;
+  if (scene.lights.empty()) return {};
+  return Shooter(scene, key, first, last).run(record);
 }
 
 }  // namespace photond

@@ -216,6 +216,8 @@ Result<Accel> Accel::build(const Scene& scene) {
 Hit Accel::intersect(const Ray& ray) const {
   RTCRayHit query;
   query.ray = make_ray(ray.origin, ray.direction, ray.t_max);
+  query.hit.u = query.hit.v = 0;
+  query.hit.primID = 0;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
@@ -225,7 +227,7 @@ Hit Accel::intersect(const Ray& ray) const {
   rtcInitIntersectContext(&context);
   rtcIntersect1(state_->top.get(), &context, &query);
 #endif
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  static_assert(RTC_INVALID_GEOMETRY_ID == Hit::kNone);  // a miss needs no branch
   const bool instanced = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
   return {query.ray.tfar, query.hit.u, query.hit.v, query.hit.primID,
           instanced ? query.hit.instID[0] : query.hit.geomID};

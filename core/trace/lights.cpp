@@ -19,7 +19,7 @@ double mean(const Rgb& c) { return (static_cast<double>(c.x) + c.y + c.z) / 3; }
 
 EmitterTriangle emitter_triangle(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
   const TriangleVertices world = triangle_vertices(scene, instance, triangle);
-  EmitterTriangle emitter{world.a, world.b - world.a, world.c - world.a, {0, 0, 1}, 0, 0};
+  EmitterTriangle emitter{world.a, world.b - world.a, world.c - world.a, {0, 0, 1}, 0, 0, 0, 0};
   const Vec3 normal = glm::cross(emitter.ab, emitter.ac);
   const float length = glm::length(normal);
   if (length > 0) emitter.normal = normal / length;
@@ -27,6 +27,7 @@ EmitterTriangle emitter_triangle(const Scene& scene, std::uint32_t instance, std
   for (const Vec3& p : {world.a, world.b, world.c}) {
     emitter.extent = std::max(emitter.extent, max_component(glm::abs(p)));
   }
+  emitter.material = scene.meshes[scene.instances[instance].mesh].material;
   return emitter;
 }
 
@@ -103,6 +104,10 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
   }
   choice_ = AliasTable(powers_);
   powers_ = {};
+  for (std::size_t i = 0; i < emitters_.size(); ++i) {
+    const float sides = scene.materials[emitters_[i].material].double_sided ? 2 : 1;
+    emitters_[i].flux = sides * kPi * emitters_[i].area / choice_.pdf(i);
+  }
 }
 
 void Lights::add(const Light& light, double power) {
@@ -114,25 +119,26 @@ void Lights::add_triangles(const Scene& scene, std::uint32_t instance) {
   first_of_instance_[instance] = static_cast<std::uint32_t>(lights_.size());
   const std::size_t count = scene.meshes[scene.instances[instance].mesh].triangles.size();
   for (std::uint32_t t = 0; t < count; ++t) {
-    const Light light{Light::Kind::triangle, instance, t, static_cast<std::uint32_t>(emitters_.size())};
     emitters_.push_back(emitter_triangle(scene, instance, t));
-    add(light, triangle_power(scene, light));
+    add({Light::Kind::triangle, instance, t}, 0);
+    powers_.back() = triangle_power(scene, static_cast<std::uint32_t>(lights_.size() - 1));
   }
 }
 
-// A point of an emissive triangle, seen from its front.
-SurfacePoint Lights::emitter_point(const Scene& scene, const Light& light, const Vec2& uv) const {
-  const EmitterTriangle& emitter = emitters_[light.emitter];
-  const Instance& placed = scene.instances[light.instance];
+// A point of an emissive triangle, seen from its front, with what emitted_radiance needs.
+SurfacePoint Lights::emitter_point(const Scene& scene, std::uint32_t index, const Vec2& uv) const {
+  const EmitterTriangle& emitter = emitters_[index];
   SurfacePoint s;
   s.position = emitter.origin + uv.x * emitter.ab + uv.y * emitter.ac;
   s.ng = s.ns = emitter.normal;
   s.extent = emitter.extent;
-  s.instance = light.instance;
-  s.triangle = light.index;
-  s.mesh = &scene.meshes[placed.mesh];
-  s.material = &scene.materials[s.mesh->material];
+  s.material = &scene.materials[emitter.material];
   if (s.material->emission_texture.used()) {
+    const Light& light = lights_[index];
+    const Instance& placed = scene.instances[light.instance];
+    s.instance = light.instance;
+    s.triangle = light.index;
+    s.mesh = &scene.meshes[placed.mesh];
     const bool mirrored = placed.moved && is_mirrored(placed.to_world);
     s.vertices = s.mesh->triangles[light.index];
     s.u = mirrored ? uv.y : uv.x;
@@ -141,8 +147,8 @@ SurfacePoint Lights::emitter_point(const Scene& scene, const Light& light, const
   return s;
 }
 
-double Lights::triangle_power(const Scene& scene, const Light& light) const {
-  const Material& material = scene.materials[scene.meshes[scene.instances[light.instance].mesh].material];
+double Lights::triangle_power(const Scene& scene, std::uint32_t light) const {
+  const Material& material = scene.materials[emitters_[light].material];
   const double sides = material.double_sided ? 2 : 1;
   double radiance = mean(material.emission);
   if (material.emission_texture.used()) {
@@ -155,12 +161,11 @@ double Lights::triangle_power(const Scene& scene, const Light& light) const {
       radiance += mean(emitted_radiance(scene, s)) / (kSide * kSide);
     }
   }
-  return sides * kPi * emitters_[light.emitter].area * radiance;
+  return sides * kPi * emitters_[light].area * radiance;
 }
 
-DirectSample Lights::sample_triangle(const Scene& scene, const Light& light, const Vec3& point, const Vec2& u,
-                                     float choice) const {
-  const float area = emitters_[light.emitter].area;
+DirectSample Lights::sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const {
+  const float area = emitters_[light].area;
   SurfacePoint s = emitter_point(scene, light, square_to_triangle(u));
   const Vec3 to_light = s.position - point;
   const float distance_sq = glm::dot(to_light, to_light);
@@ -174,32 +179,54 @@ DirectSample Lights::sample_triangle(const Scene& scene, const Light& light, con
     cos_l = -cos_l;
   }
   if (cos_l == 0) return {};
-  sample.pdf_w = choice * distance_sq / (cos_l * area);
+  sample.pdf_w = choice_.pdf(light) * distance_sq / (cos_l * area);
   sample.radiance = emitted_radiance(scene, s) / sample.pdf_w;
   sample.target = spawn_point(s.position, s.ng, s.extent, -sample.wi);
   return sample;
 }
 
-EmissionSample Lights::emit_triangle(const Scene& scene, const Light& light, Rng& rng, float choice) const {
+EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, Rng& rng) const {
   const Vec2 uv = square_to_triangle(rng.next2());
   const Vec3 local = square_to_cosine_hemisphere(rng.next2());
   SurfacePoint s = emitter_point(scene, light, uv);
-  float sides = 1;
   if (s.material->double_sided) {
-    sides = 2;
     s.front = rng.next() < 0.5f;
     if (!s.front) s.ng = -s.ng;
   }
-  const Vec3 direction = Frame(s.ng).to_world(local);
-  const float area = emitters_[light.emitter].area;
-  return {spawn_ray(s, direction), emitted_radiance(scene, s) * (sides * kPi * area / choice)};
+  return {spawn_ray(s, Frame(s.ng).to_world(local)), emitted_radiance(scene, s) * emitters_[light].flux};
+}
+
+Rgb Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k,
+                           EmissionLanes& lanes) const {
+  if (light >= emitters_.size()) return Rgb(0);
+  const EmitterTriangle& emitter = emitters_[light];
+  const Material& material = scene.materials[emitter.material];
+  if (material.emission_texture.used()) return Rgb(0);
+  lanes.origin.set(k, emitter.origin);
+  lanes.ab.set(k, emitter.ab);
+  lanes.ac.set(k, emitter.ac);
+  for (auto& random : lanes.random) random[k] = rng.next();
+  const float side = material.double_sided && rng.next() >= 0.5f ? -1.0f : 1.0f;
+  lanes.normal.set(k, side * emitter.normal);
+  lanes.extent[k] = emitter.extent;
+  return material.emission * emitter.flux;
+}
+
+void EmissionLanes::emit(std::uint32_t count) {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec2 uv = square_to_triangle({random[0][i], random[1][i]});
+    const Vec3 local = square_to_cosine_hemisphere({random[2][i], random[3][i]});
+    const Vec3 at = origin[i] + uv.x * ab[i] + uv.y * ac[i];
+    position.set(i, spawn_point(at, normal[i], extent[i], normal[i]));
+    direction.set(i, Frame(normal[i]).to_world(local));
+  }
 }
 
 DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const Vec3& u) const {
   const std::uint32_t index = choice_.sample(u.z);
   const Light& light = lights_[index];
   const float choice = choice_.pdf(index);
-  if (light.kind == Light::Kind::triangle) return sample_triangle(scene, light, point, Vec2(u), choice);
+  if (light.kind == Light::Kind::triangle) return sample_triangle(scene, index, point, Vec2(u));
   if (light.kind == Light::Kind::punctual) return sample_punctual(scene.lights[light.index], point, choice);
   DirectSample sample;
   sample.wi = square_to_sphere(Vec2(u));
@@ -212,7 +239,7 @@ DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const 
 float Lights::pdf_direct(const Vec3& point, const SurfacePoint& s) const {
   const std::uint32_t first = first_of_instance_[s.instance];
   if (first == kNoLight) return 0;
-  const float area = emitters_[lights_[first + s.triangle].emitter].area;
+  const float area = emitters_[first + s.triangle].area;
   const Vec3 to_light = s.position - point;
   const float distance_sq = glm::dot(to_light, to_light);
   const float cos_l = std::abs(glm::dot(s.ng, to_light)) / std::sqrt(distance_sq);
@@ -223,11 +250,10 @@ float Lights::pdf_environment() const {
   return environment_ < 0 ? 0 : choice_.pdf(static_cast<std::size_t>(environment_)) * kSpherePdf;
 }
 
-EmissionSample Lights::sample_emission(const Scene& scene, Rng& rng) const {
-  const std::uint32_t index = choice_.sample(rng.next());
+EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, Rng& rng) const {
+  if (index < emitters_.size()) return emit_triangle(scene, index, rng);
   const Light& light = lights_[index];
   const float choice = choice_.pdf(index);
-  if (light.kind == Light::Kind::triangle) return emit_triangle(scene, light, rng, choice);
   if (light.kind == Light::Kind::environment) {
     const Vec3 direction = square_to_sphere(rng.next2());
     const Ray ray = ray_from_infinity(center_, radius_, direction, rng.next2());

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/math/alias_table.h"
+#include "core/math/lanes.h"
 #include "core/math/rng.h"
 #include "core/scene/scene.h"
 #include "core/trace/surface.h"
@@ -16,17 +17,33 @@ struct Light {
   Kind kind = Kind::triangle;
   std::uint32_t instance = 0;    ///< triangle
   std::uint32_t index = 0;       ///< triangle: into Mesh::triangles; punctual: into Scene::lights
-  std::uint32_t emitter = 0;     ///< triangle: into the emitters of Lights
 };
 
-/// A placed emissive triangle: origin + u·ab + v·ac.
-struct EmitterTriangle {
+/// A placed emissive triangle, origin + u·ab + v·ac, in one cache line.
+struct alignas(64) EmitterTriangle {
   Vec3 origin;
   Vec3 ab;
   Vec3 ac;
   Vec3 normal;                   ///< unit, front
   float area;
   float extent;                  ///< largest |coordinate|, as SurfacePoint::extent
+  float flux;                    ///< of a path that leaves here, for an emission of 1
+  std::uint32_t material;
+};
+
+/// Paths that leave emissive triangles of one colour.
+struct alignas(64) EmissionLanes {
+  // What comes in.
+  Vec3Lanes origin, ab, ac, normal;  ///< the triangles; the normal on the side that emits
+  float extent[kLanes];
+  float random[4][kLanes];
+
+  // What goes out.
+  Vec3Lanes position;            ///< of the ray's origin
+  Vec3Lanes direction;
+
+  /// Computes the first `count` rays: uniform on the triangle, cosine-distributed.
+  void emit(std::uint32_t count);
 };
 
 /// Light arriving at a point from a sampled direction.
@@ -65,19 +82,32 @@ class Lights {
   float pdf_environment() const;
 
   /// Starts a path. Black flux where the sampled point emits nothing.
-  EmissionSample sample_emission(const Scene& scene, Rng& rng) const;
+  EmissionSample sample_emission(const Scene& scene, Rng& rng) const {
+    return sample_emission(scene, choose(rng.next()), rng);
+  }
+
+  /// The same in two steps: which light, for u in [0, 1), and the path that leaves it.
+  std::uint32_t choose(float u) const { return choice_.sample(u); }
+  EmissionSample sample_emission(const Scene& scene, std::uint32_t light, Rng& rng) const;
+
+  /// Asks the cache for a light.
+  void prefetch(std::uint32_t light) const {
+    if (light < emitters_.size()) __builtin_prefetch(&emitters_[light]);
+  }
+  /// Fills lane k of what comes into `lanes` with a path from the light and returns its flux; nothing happens, and
+  /// the flux is black, unless the light is a triangle of one colour.
+  Rgb begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k, EmissionLanes& lanes) const;
 
  private:
   void add(const Light& light, double power);
   void add_triangles(const Scene& scene, std::uint32_t instance);
-  SurfacePoint emitter_point(const Scene& scene, const Light& light, const Vec2& uv) const;
-  double triangle_power(const Scene& scene, const Light& light) const;
-  DirectSample sample_triangle(const Scene& scene, const Light& light, const Vec3& point, const Vec2& u,
-                               float choice) const;
-  EmissionSample emit_triangle(const Scene& scene, const Light& light, Rng& rng, float choice) const;
+  SurfacePoint emitter_point(const Scene& scene, std::uint32_t light, const Vec2& uv) const;
+  double triangle_power(const Scene& scene, std::uint32_t light) const;
+  DirectSample sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const;
+  EmissionSample emit_triangle(const Scene& scene, std::uint32_t light, Rng& rng) const;
 
-  std::vector<Light> lights_;
-  std::vector<EmitterTriangle> emitters_;
+  std::vector<Light> lights_;                     // triangles first
+  std::vector<EmitterTriangle> emitters_;         // one for each of the triangles among lights_
   std::vector<double> powers_;
   AliasTable choice_;
   std::vector<std::uint32_t> first_of_instance_;  // index of the light of an emissive instance's first triangle

@@ -8,6 +8,7 @@
 #include "core/scene/scene.h"
 #include "core/trace/accel.h"
 #include "core/trace/lights.h"
+#include "core/trace/plain.h"
 
 namespace photond {
 
@@ -19,6 +20,7 @@ struct PreparedScene {
   Bounds3 bounds;
   Accel accel;
   Lights lights;
+  std::vector<PlainInstance> plain;  ///< for each instance
   std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each
   std::uint64_t memory_bytes = 0;    ///< estimate: scene, textures and accelerator
 };

@@ -14,8 +14,6 @@ T interpolate(const std::vector<T>& values, const glm::uvec3& i, float u, float 
   return (1 - u - v) * values[i.x] + u * values[i.y] + v * values[i.z];
 }
 
-float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
-
 Vec2 surface_uv(const SurfacePoint& s, std::uint32_t set) {
   const auto& uv = s.mesh->uv[set];
   return uv.empty() ? Vec2(0) : interpolate(uv, s.vertices, s.u, s.v);
@@ -92,19 +90,6 @@ Vec3 visible_normal(const Vec3& ns, const Vec3& ng, const Vec3& wo) {
 
 namespace {
 
-// Unit normal of a triangle with edges ab, ac, whatever their length; z where the triangle is degenerate.
-inline Vec3 unit_normal(const Vec3 ab, const Vec3 ac) {
-  Vec3 n = glm::cross(ab, ac);
-  float length_sq = glm::dot(n, n);
-  if (length_sq < 1e-30f) {  // the squares underflow for triangles of a micrometre: scale them up first
-    const float scale = 1 / std::max({max_abs(ab), max_abs(ac), std::numeric_limits<float>::min()});
-    n = glm::cross(ab * scale, ac * scale);
-    length_sq = glm::dot(n, n);
-    if (!(length_sq > 0)) return {0, 0, 1};
-  }
-  return n * (1 / std::sqrt(length_sq));
-}
-
 inline TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
   const Instance& placed = scene.instances[instance];
   const Mesh& mesh = scene.meshes[placed.mesh];
@@ -139,15 +124,14 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
   const TriangleVertices world = vertices_of(scene, hit.instance, hit.triangle);
   const float b = world.mirrored ? hit.v : hit.u;
   const float c = world.mirrored ? hit.u : hit.v;
-  s.position = (1 - b - c) * world.a + b * world.b + c * world.c;
-  s.extent = std::max({max_abs(world.a), max_abs(world.b), max_abs(world.c)});
-  const Vec3 front_ng = unit_normal(world.b - world.a, world.c - world.a);
-  s.front = glm::dot(front_ng, ray.direction) < 0;
-  s.ng = s.front ? front_ng : -front_ng;
-  s.ns = s.ng;
+  const FlatPoint flat = flat_point(world.a, world.b, world.c, b, c, ray.direction);
+  s.position = flat.position;
+  s.extent = flat.extent;
+  s.front = flat.front;
+  s.ng = s.ns = flat.ng;
   s.smooth = !s.mesh->normals.empty() || s.material->normal_texture.used();
   if (s.smooth) {
-    const Vec3 front_ns = front_shading_normal(scene, s, front_ng);
+    const Vec3 front_ns = front_shading_normal(scene, s, s.front ? s.ng : -s.ng);
     s.ns = visible_normal(s.front ? front_ns : -front_ns, s.ng, -ray.direction);
   }
   return s;
@@ -167,14 +151,6 @@ void prefetch_vertices(const Scene& scene, const Hit& hit) {
     __builtin_prefetch(&mesh.positions[vertices[k]]);
     if (!mesh.normals.empty()) __builtin_prefetch(&mesh.normals[vertices[k]]);
   }
-}
-
-Vec3 spawn_point(const Vec3& position, const Vec3& ng, float extent, const Vec3& direction) {
-  // Interpolating the position errs by about three units in the last place of the largest vertex coordinate,
-  // and the intersection test of the next ray by as much again.
-  static constexpr float kUlps = 8 * 0x1p-23f;
-  const float offset = kUlps * std::max(extent, std::numeric_limits<float>::min() / kUlps);
-  return glm::dot(direction, ng) > 0 ? position + offset * ng : position - offset * ng;
 }
 
 Vec4 lookup(const Scene& scene, const TextureSlot& slot, const SurfacePoint& surface) {

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "core/scene/scene.h"
 #include "core/trace/accel.h"
 
@@ -30,6 +34,38 @@ struct TriangleVertices {
 };
 TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, std::uint32_t triangle);
 
+/// What the triangle alone says of a point on it.
+struct FlatPoint {
+  Vec3 position;
+  Vec3 ng;                    ///< as in SurfacePoint
+  float extent;
+  bool front;
+};
+
+inline float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
+
+/// Unit normal of a triangle with edges ab, ac, whatever their length; z where the triangle is degenerate.
+inline Vec3 unit_normal(const Vec3& ab, const Vec3& ac) {
+  // Scaled to about 1: the squares would underflow for triangles of a micrometre.
+  const float scale = 1 / std::max({max_abs(ab), max_abs(ac), std::numeric_limits<float>::min()});
+  const Vec3 n = glm::cross(ab * scale, ac * scale);
+  const float length_sq = glm::dot(n, n);
+  const float inverse = 1 / std::sqrt(length_sq);
+  return length_sq > 0 ? n * inverse : Vec3(0, 0, 1);
+}
+
+/// The point a + u·ab + v·ac of a triangle met from `direction`.
+inline FlatPoint flat_point(const Vec3& a, const Vec3& b, const Vec3& c, float u, float v, const Vec3& direction) {
+  FlatPoint p;
+  p.position = (1 - u - v) * a + u * b + v * c;
+  p.extent = max_component(glm::max(glm::max(glm::abs(a), glm::abs(b)), glm::abs(c)));
+  const Vec3 normal = unit_normal(b - a, c - a);
+  const float cosine = glm::dot(normal, direction);
+  p.ng = std::copysign(1.0f, -cosine) * normal;  // from which side a ray comes no branch can predict
+  p.front = cosine < 0;
+  return p;
+}
+
 /// The surface where `ray` meets the scene. `hit` must be found.
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
 
@@ -40,7 +76,13 @@ void prefetch_vertices(const Scene& scene, const Hit& hit);
 
 /// A point safely off the surface on the side of `direction`, for rays that start there. The distance scales
 /// with the coordinates: about eight units in the last place of the largest vertex coordinate.
-Vec3 spawn_point(const Vec3& position, const Vec3& ng, float extent, const Vec3& direction);
+inline Vec3 spawn_point(const Vec3& position, const Vec3& ng, float extent, const Vec3& direction) {
+  // Interpolating the position errs by about three units in the last place of the largest vertex coordinate,
+  // and the intersection test of the next ray by as much again.
+  constexpr float kUlps = 8 * 0x1p-23f;
+  const float offset = std::max(kUlps * extent, std::numeric_limits<float>::min());
+  return position + std::copysign(offset, glm::dot(direction, ng)) * ng;
+}
 
 /// A ray leaving the surface.
 inline Ray spawn_ray(const SurfacePoint& surface, const Vec3& direction) {

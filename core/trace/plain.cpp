@@ -1,0 +1,56 @@
+#include "core/trace/plain.h"
+
+#include "core/math/frame.h"
+#include "core/math/octahedral.h"
+#include "core/math/warp.h"
+#include "core/trace/roulette.h"
+#include "core/trace/surface.h"
+
+namespace photond {
+
+namespace {
+
+// The material has the one lobe of a Lambert surface, as Bsdf finds it, and no texture to scale it.
+bool is_lambert(const Material& m) {
+  return m.metallic == 0 && m.specular == 0 && m.transmission == 0 && !is_black(m.base_color) &&
+         !m.base_color_texture.used() && !m.normal_texture.used();
+}
+
+bool is_plain(const Scene& scene, const Instance& instance) {
+  const Mesh& mesh = scene.meshes[instance.mesh];
+  return !instance.moved && mesh.normals.empty() && mesh.colors.empty() && is_lambert(scene.materials[mesh.material]);
+}
+
+}  // namespace
+
+std::vector<PlainInstance> plain_instances(const Scene& scene) {
+  std::vector<PlainInstance> plain;
+  for (const Instance& instance : scene.instances) {
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    plain.push_back(is_plain(scene, instance) ? PlainInstance{mesh.triangles.data(), mesh.positions.data(),
+                                                              scene.materials[mesh.material].base_color}
+                                              : PlainInstance{});
+  }
+  return plain;
+}
+
+void PlainBounces::scatter(std::uint32_t count) {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec3 in = direction[i];
+    const FlatPoint p = flat_point(a[i], b[i], c[i], u[i], v[i], in);
+    const Vec3 local = square_to_cosine_hemisphere({random[0][i], random[1][i]});
+    const Rgb reflected = flux[i] * albedo[i];
+    const float survival = survival_probability(max_component(reflected) / max_component(flux[i]), depth[i]);
+    const float chance = local.z > 0 ? survival : 0;
+    const Rgb out = reflected * (random[2][i] < chance ? 1 / survival : 0);
+    position.set(i, p.position);
+    from[i] = encode_direction(-in);
+    normal[i] = encode_normal(p.ng);
+    origin.set(i, spawn_point(p.position, p.ng, p.extent, p.ng));
+    next_direction.set(i, Frame(p.ng).to_world(local));
+    next_flux.set(i, out);
+    next_power[i] = (out.x + out.y + out.z) * (1.0f / 3);
+  }
+}
+
+}  // namespace photond
