@@ -175,9 +175,9 @@ class Shooter {
       const Hit& hit = hits_[plain.items[k]];
       const PlainInstance& surface = scene_.plain[hit.instance];
       const glm::uvec3 triangle = surface.triangles[hit.triangle];
-      bounces_.a.set(k, surface.positions[triangle.x]);
-      bounces_.b.set(k, surface.positions[triangle.y]);
-      bounces_.c.set(k, surface.positions[triangle.z]);
+      bounces_.a.set(k, surface.vertices[triangle.x].position);
+      bounces_.b.set(k, surface.vertices[triangle.y].position);
+      bounces_.c.set(k, surface.vertices[triangle.z].position);
       bounces_.u[k] = hit.u;
       bounces_.v[k] = hit.v;
       bounces_.albedo.set(k, surface.albedo);

@@ -32,6 +32,12 @@ struct Texture {
   bool srgb = false;
 };
 
+/// What rays need of a vertex, in half a cache line.
+struct alignas(32) Vertex {
+  Vec3 position;
+  Vec3 normal;                      ///< unspecified where the mesh has none
+};
+
 /// Triangles with one material, in object space. Attribute vectors are empty or one value per vertex.
 struct Mesh {
   std::string name;
@@ -42,6 +48,7 @@ struct Mesh {
   std::vector<Vec4> colors;         ///< linear COLOR_0
   std::vector<glm::uvec3> triangles;
   std::uint32_t material = 0;       ///< index into Scene::materials
+  std::vector<Vertex> vertices;     ///< made by `prepare`: positions and normals once more, side by side
 };
 
 /// One placement of a mesh in the world.

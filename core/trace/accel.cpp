@@ -142,10 +142,8 @@ Status Accel::State::check(const char* what) const {
 
 RTCGeometry Accel::State::triangles(const Scene& scene, const Mesh& mesh) {
   RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-  // Embree reads vertices 16 bytes at a time, past the end of a tight array: it keeps its own padded copy.
-  void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3),
-                                           mesh.positions.size());
-  if (vertices != nullptr) std::copy(mesh.positions.begin(), mesh.positions.end(), static_cast<Vec3*>(vertices));
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.vertices.data(), 0,
+                             sizeof(Vertex), mesh.vertices.size());
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                              sizeof(glm::uvec3), mesh.triangles.size());
   const Material& material = scene.materials[mesh.material];

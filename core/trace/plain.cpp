@@ -27,7 +27,7 @@ std::vector<PlainInstance> plain_instances(const Scene& scene) {
   std::vector<PlainInstance> plain;
   for (const Instance& instance : scene.instances) {
     const Mesh& mesh = scene.meshes[instance.mesh];
-    plain.push_back(is_plain(scene, instance) ? PlainInstance{mesh.triangles.data(), mesh.positions.data(),
+    plain.push_back(is_plain(scene, instance) ? PlainInstance{mesh.triangles.data(), mesh.vertices.data(),
                                                               scene.materials[mesh.material].base_color}
                                               : PlainInstance{});
   }

@@ -12,7 +12,7 @@ namespace photond {
 /// room is made of, and scatters light without a SurfacePoint or a Bsdf.
 struct PlainInstance {
   const glm::uvec3* triangles = nullptr;  ///< null: the instance is not plain
-  const Vec3* positions = nullptr;
+  const Vertex* vertices = nullptr;
   Rgb albedo{0};
 
   explicit operator bool() const { return triangles != nullptr; }

@@ -38,6 +38,15 @@ void place_single_meshes(Scene& scene) {
   }
 }
 
+void make_vertices(Scene& scene) {
+  for (Mesh& mesh : scene.meshes) {
+    mesh.vertices.resize(mesh.positions.size());
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+      mesh.vertices[i] = {mesh.positions[i], mesh.normals.empty() ? Vec3(0) : mesh.normals[i]};
+    }
+  }
+}
+
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
@@ -47,7 +56,7 @@ std::uint64_t scene_bytes(const Scene& scene) {
   std::uint64_t bytes = 0;
   for (const Mesh& mesh : scene.meshes) {
     bytes += bytes_of(mesh.positions) + bytes_of(mesh.normals) + bytes_of(mesh.tangents) + bytes_of(mesh.uv[0]) +
-             bytes_of(mesh.uv[1]) + bytes_of(mesh.colors) + bytes_of(mesh.triangles);
+             bytes_of(mesh.uv[1]) + bytes_of(mesh.colors) + bytes_of(mesh.triangles) + bytes_of(mesh.vertices);
   }
   for (const TextureImage& image : scene.images) bytes += bytes_of(image.u8) + bytes_of(image.u16);
   return bytes + bytes_of(scene.instances);
@@ -61,6 +70,7 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
   prepared->digest = scene_digest(scene);
   prepared->scene = std::move(scene);
   place_single_meshes(prepared->scene);
+  make_vertices(prepared->scene);
   prepared->bounds = world_bounds(prepared->scene);
   for (const Instance& instance : prepared->scene.instances) {
     prepared->triangle_count += prepared->scene.meshes[instance.mesh].triangles.size();

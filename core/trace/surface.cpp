@@ -65,7 +65,9 @@ Vec3 apply_normal_texture(const Scene& scene, const SurfacePoint& s, const Vec3&
 Vec3 front_shading_normal(const Scene& scene, const SurfacePoint& s, const Vec3& front_ng) {
   Vec3 n = front_ng;
   if (!s.mesh->normals.empty()) {
-    const Vec3 interpolated = interpolate(s.mesh->normals, s.vertices, s.u, s.v);
+    const auto& vertices = s.mesh->vertices;
+    const Vec3 interpolated = (1 - s.u - s.v) * vertices[s.vertices.x].normal + s.u * vertices[s.vertices.y].normal +
+                              s.v * vertices[s.vertices.z].normal;
     const Instance& placed = scene.instances[s.instance];
     n = placed.moved ? transform_normal(placed.to_world, interpolated) : interpolated;
     const float length = glm::length(n);
@@ -94,12 +96,12 @@ inline TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, 
   const Instance& placed = scene.instances[instance];
   const Mesh& mesh = scene.meshes[placed.mesh];
   const glm::uvec3 i = mesh.triangles[triangle];
-  if (!placed.moved) return {mesh.positions[i.x], mesh.positions[i.y], mesh.positions[i.z], false};
+  if (!placed.moved) return {mesh.vertices[i.x].position, mesh.vertices[i.y].position, mesh.vertices[i.z].position, false};
   const Affine& m = placed.to_world;
   TriangleVertices world;
-  world.a = transform_point(m, mesh.positions[i.x]);
-  world.b = transform_point(m, mesh.positions[i.y]);
-  world.c = transform_point(m, mesh.positions[i.z]);
+  world.a = transform_point(m, mesh.vertices[i.x].position);
+  world.b = transform_point(m, mesh.vertices[i.y].position);
+  world.c = transform_point(m, mesh.vertices[i.z].position);
   world.mirrored = is_mirrored(m);
   if (world.mirrored) std::swap(world.b, world.c);
   return world;
@@ -148,8 +150,7 @@ void prefetch_vertices(const Scene& scene, const Hit& hit) {
   const Mesh& mesh = scene.meshes[scene.instances[hit.instance].mesh];
   const glm::uvec3 vertices = mesh.triangles[hit.triangle];
   for (int k = 0; k < 3; ++k) {
-    __builtin_prefetch(&mesh.positions[vertices[k]]);
-    if (!mesh.normals.empty()) __builtin_prefetch(&mesh.normals[vertices[k]]);
+    __builtin_prefetch(&mesh.vertices[vertices[k]]);
   }
 }
 
