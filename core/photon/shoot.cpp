@@ -148,15 +148,17 @@ class Shooter {
 
   void scatter_all() {
     Subset plain, other, ended;
+    const std::size_t no_instance = scene_.plain.size() - 1;
     for (const std::uint32_t i : live_) {
       const Hit& hit = hits_[i];
       const bool found = hit.found();
-      const bool is_plain = found && scene_.plain[hit.instance] && !walks_[i].medium.active();
+      const PlainInstance& surface = scene_.plain[std::min<std::size_t>(hit.instance, no_instance)];
+      const bool is_plain = static_cast<bool>(surface) & !walks_[i].medium.active();
       plain.add(i, is_plain);
-      other.add(i, found && !is_plain);
+      other.add(i, found & !is_plain);
       ended.add(i, !found);
     }
-    live_ = {};
+    live_.size = 0;
     for (const std::uint32_t i : ended) block_.ledger.escaped += walks_[i].power;
     scatter_plain(plain, ended);
     for (const std::uint32_t i : other) {

@@ -213,7 +213,8 @@ Rgb Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, st
 }
 
 void EmissionLanes::emit(std::uint32_t count) {
-  for (std::uint32_t i = 0; i < count; ++i) {
+  const std::uint32_t end = whole_vectors(count);
+  for (std::uint32_t i = 0; i < end; ++i) {
     const Vec2 uv = square_to_triangle({random[0][i], random[1][i]});
     const Vec3 local = square_to_cosine_hemisphere({random[2][i], random[3][i]});
     const Vec3 at = origin[i] + uv.x * ab[i] + uv.y * ac[i];

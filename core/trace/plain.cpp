@@ -31,11 +31,13 @@ std::vector<PlainInstance> plain_instances(const Scene& scene) {
                                                               scene.materials[mesh.material].base_color}
                                               : PlainInstance{});
   }
+  plain.emplace_back();
   return plain;
 }
 
 void PlainBounces::scatter(std::uint32_t count) {
-  for (std::uint32_t i = 0; i < count; ++i) {
+  const std::uint32_t end = whole_vectors(count);
+  for (std::uint32_t i = 0; i < end; ++i) {
     const Vec3 in = direction[i];
     const FlatPoint p = flat_point(a[i], b[i], c[i], u[i], v[i], in);
     const Vec3 local = square_to_cosine_hemisphere({random[0][i], random[1][i]});

@@ -18,7 +18,7 @@ struct PlainInstance {
   explicit operator bool() const { return triangles != nullptr; }
 };
 
-/// For each instance. Valid while `scene` lives and its vectors stay where they are.
+/// For each instance, and one more that is not plain, for a ray that meets nothing. Valid while `scene` lives and its vectors stay where they are.
 std::vector<PlainInstance> plain_instances(const Scene& scene);
 
 /// Photons that meet plain surfaces, and how they leave.
