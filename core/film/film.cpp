@@ -1,44 +1,172 @@
 #include "core/film/film.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
+#include <string>
 
 namespace photond {
+namespace {
 
-void add_pass(Film& film, const Image& pass) {
-  assert(pass.width == film.width && pass.height == film.height);
-  for (std::size_t i = 0; i < film.sum.size(); ++i) {
-    const glm::dvec3 value(pass.pixels[i]);
-    film.sum[i] += value;
-    film.sum_sq[i] += value * value;
+constexpr std::uint16_t kAllPasses = 0xffff;
+static_assert(kBlockPasses == 16, "the passes of a block are the bits of a uint16_t");
+
+constexpr std::size_t kChunk = 4096;  // pixels of one task
+
+/// Calls body(i) for all pixels, never cut short: a film with half a pass would be lost.
+template <class Body>
+void for_pixels(const Execution& execution, std::size_t pixels, const Body& body) {
+  parallel_for({execution.arena, {}}, (pixels + kChunk - 1) / kChunk, 1, [&](std::size_t chunk) {
+    const std::size_t end = std::min(pixels, (chunk + 1) * kChunk);
+    for (std::size_t i = chunk * kChunk; i < end; ++i) body(i);
+  });
+}
+
+bool fits(const Rgb& value) {
+  const auto in_range = [](float x) { return std::abs(x) < kLargestSummand; };  // false for NaN
+  return in_range(value.x) && in_range(value.y) && in_range(value.z);
+}
+
+void add_ranges(std::vector<PassRange>& ranges, const std::vector<PassRange>& more) {
+  ranges.insert(ranges.end(), more.begin(), more.end());
+  std::sort(ranges.begin(), ranges.end(), [](PassRange a, PassRange b) { return a.first < b.first; });
+  std::vector<PassRange> joined;
+  for (const PassRange& range : ranges) {
+    if (!joined.empty() && joined.back().last == range.first) {
+      joined.back().last = range.last;
+    } else {
+      joined.push_back(range);
+    }
   }
-  ++film.passes;
-  film.rejected += pass.rejected;
+  ranges = std::move(joined);
+}
+
+Film::OpenBlock& open_block(Film& film, std::uint32_t index) {
+  const auto at = std::lower_bound(film.open.begin(), film.open.end(), index,
+                                   [](const Film::OpenBlock& block, std::uint32_t i) { return block.index < i; });
+  if (at != film.open.end() && at->index == index) return *at;
+  return *film.open.insert(at, {index, 0, Film::Sums(film.complete.size())});
+}
+
+/// Moves the block into the sums of the complete ones where no pass is missing any more.
+void close_if_complete(Film& film, std::uint32_t index, const Execution& execution) {
+  Film::OpenBlock& block = open_block(film, index);
+  if (block.passes != kAllPasses) return;
+  film.block_squares.resize(film.complete.size());
+  for_pixels(execution, film.complete.size(), [&](std::size_t i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      film.complete[i][c].add(block.sum[i][c]);
+      film.block_squares[i][c].add_square(block.sum[i][c].value() / kBlockPasses);
+    }
+  });
+  film.open.erase(film.open.begin() + (&block - film.open.data()));
+  if (++film.blocks >= kBlocksForEstimate) film.pass_squares = {};
+}
+
+template <class Sums>
+void add_sums(Sums& to, const Sums& from) {
+  if (from.empty()) return;
+  to.resize(from.size());
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) to[i][c].add(from[i][c]);
+  }
+}
+
+}  // namespace
+
+Film::Film(int w, int h) : width(w), height(h) {
+  const std::size_t pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
+  complete.resize(pixels);
+  pass_squares.resize(pixels);
+  largest.resize(pixels);
+}
+
+std::uint32_t Film::pass_count() const {
+  std::uint32_t count = 0;
+  for (const PassRange& range : passes) count += range.last - range.first;
+  return count;
+}
+
+bool Film::contains(std::uint32_t pass) const {
+  return std::any_of(passes.begin(), passes.end(),
+                     [pass](PassRange range) { return range.first <= pass && pass < range.last; });
+}
+
+void add_pass(Film& film, std::uint32_t pass, const PassImage& image, const Execution& execution) {
+  const std::size_t pixels = film.complete.size();
+  assert(image.radiance.pixels.size() == pixels && !film.contains(pass));
+  const bool biased = !image.bias.pixels.empty();
+  Film::Sums& bias = film.bias[pass % 2];
+  if (biased) bias.resize(pixels);
+  Film::OpenBlock& block = open_block(film, pass / kBlockPasses);
+  std::atomic<std::uint64_t> rejected = 0;
+  for_pixels(execution, pixels, [&](std::size_t i) {
+    const Rgb value = image.radiance.pixels[i];
+    if (!fits(value) || (biased && !fits(image.bias.pixels[i]))) {
+      ++rejected;
+      return;
+    }
+    for (int c = 0; c < 3; ++c) {
+      block.sum[i][c].add(value[c]);
+      if (!film.pass_squares.empty()) film.pass_squares[i][c].add_square(value[c]);
+      if (biased) bias[i][c].add(image.bias.pixels[i][c]);
+    }
+    film.largest[i] = std::max(film.largest[i], value.x + value.y + value.z);
+  });
+  film.rejected += rejected;
+  block.passes = static_cast<std::uint16_t>(block.passes | 1u << (pass % kBlockPasses));
+  add_ranges(film.passes, {{pass, pass + 1}});
+  close_if_complete(film, pass / kBlockPasses, execution);
+}
+
+Status merge_film(Film& film, const Film& other) {
+  if (film.width != other.width || film.height != other.height) {
+    return invalid_input("the films have different sizes");
+  }
+  for (const PassRange& a : film.passes) {
+    for (const PassRange& b : other.passes) {
+      const std::uint32_t first = std::max(a.first, b.first), last = std::min(a.last, b.last);
+      if (first < last) {
+        return invalid_input("both contain the passes " + std::to_string(first) + ":" + std::to_string(last));
+      }
+    }
+  }
+  film.rejected += other.rejected;
+  add_sums(film.complete, other.complete);
+  add_sums(film.block_squares, other.block_squares);
+  for (std::size_t parity = 0; parity < 2; ++parity) add_sums(film.bias[parity], other.bias[parity]);
+  for (std::size_t i = 0; i < film.largest.size(); ++i) {
+    film.largest[i] = std::max(film.largest[i], other.largest[i]);
+  }
+  film.blocks += other.blocks;
+  if (film.blocks >= kBlocksForEstimate) {
+    film.pass_squares = {};
+  } else {
+    add_sums(film.pass_squares, other.pass_squares);
+  }
+  add_ranges(film.passes, other.passes);
+  for (const Film::OpenBlock& more : other.open) {
+    Film::OpenBlock& block = open_block(film, more.index);
+    block.passes |= more.passes;
+    add_sums(block.sum, more.sum);
+    close_if_complete(film, more.index, {});
+  }
+  return Done{};
 }
 
 Image film_mean(const Film& film) {
   Image image(film.width, film.height);
-  if (film.passes == 0) return image;
-  const double scale = 1.0 / film.passes;
-  for (std::size_t i = 0; i < film.sum.size(); ++i) image.pixels[i] = Rgb(film.sum[i] * scale);
-  return image;
-}
-
-ErrorEstimate estimate_error(const Film& film) {
-  if (film.passes < 2 || film.sum.empty()) return {};
-  const double n = film.passes;
-  double squares = 0, relative = 0;
-  for (std::size_t i = 0; i < film.sum.size(); ++i) {
-    for (int c = 0; c < 3; ++c) {
-      const double mean = film.sum[i][c] / n;
-      // Var[mean] = Var[pass]/n, Var[pass] the unbiased (Σx² − n·mean²)/(n − 1); rounding may make it negative.
-      const double variance = std::max(0.0, (film.sum_sq[i][c] - n * mean * mean) / (n - 1)) / n;
-      squares += variance;
-      relative += variance / (mean * mean + 0.01);
+  const std::uint32_t passes = film.pass_count();
+  if (passes == 0) return image;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      ExactSum sum = film.complete[i][c];
+      for (const Film::OpenBlock& block : film.open) sum.add(block.sum[i][c]);
+      image.pixels[i][static_cast<int>(c)] = static_cast<float>(sum.value() / passes);
     }
   }
-  const double count = 3.0 * static_cast<double>(film.sum.size());
-  return {.rmse = std::sqrt(squares / count), .relative = std::sqrt(relative / count), .known = true};
+  return image;
 }
 
 }  // namespace photond

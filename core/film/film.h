@@ -1,42 +1,70 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
-#include <glm/vec3.hpp>
-
+#include "core/base/parallel.h"
+#include "core/base/result.h"
+#include "core/film/exact_sum.h"
 #include "core/film/image.h"
 
 namespace photond {
 
-/// Sums over passes of each pixel's radiance and of its square, in double precision. Passes are added in
-/// ascending order, so equal passes give equal bits.
-struct Film {
-  int width = 0;
-  int height = 0;
-  std::uint32_t passes = 0;
-  std::uint64_t rejected = 0;     ///< samples of all passes that were not finite
-  std::vector<glm::dvec3> sum;
-  std::vector<glm::dvec3> sum_sq;
+/// Passes [16b, 16b + 16) are block b. Within a block the camera samples may be stratified against one another;
+/// blocks are independent, so only their means tell the variance.
+inline constexpr std::uint32_t kBlockPasses = 16;
 
-  Film() = default;
-  Film(int w, int h)
-      : width(w), height(h), sum(static_cast<std::size_t>(w) * h), sum_sq(static_cast<std::size_t>(w) * h) {}
+/// Passes first, …, last − 1.
+struct PassRange {
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+  bool operator==(const PassRange&) const = default;
 };
 
-/// Adds one pass: a picture of the film's size.
-void add_pass(Film& film, const Image& pass);
+/// Sums over a set of passes. All are integers: the same passes give the same bits, however they were split into
+/// films and in whatever order they were added.
+struct Film {
+  using Sums = std::vector<std::array<ExactSum, 3>>;              ///< per pixel and channel
+  using SquareSums = std::vector<std::array<ExactSquareSum, 3>>;
+
+  /// A block of which some passes are missing.
+  struct OpenBlock {
+    std::uint32_t index = 0;
+    std::uint16_t passes = 0;  ///< bit i: pass 16·index + i is contained
+    Sums sum;
+  };
+
+  int width = 0;
+  int height = 0;
+  std::vector<PassRange> passes;  ///< ascending, never touching
+  std::uint64_t rejected = 0;     ///< pixels of passes that were not finite or too large, and count as black
+  std::uint32_t blocks = 0;       ///< complete ones
+  Sums complete;                  ///< over the complete blocks
+  SquareSums block_squares;       ///< of the complete blocks' means
+  SquareSums pass_squares;        ///< of the passes; empty once there are kBlocksForEstimate complete blocks
+  std::vector<OpenBlock> open;    ///< ascending by index
+  std::vector<float> largest;     ///< per pixel: largest R + G + B of a pass
+  std::array<Sums, 2> bias;       ///< over passes with even and with odd numbers; empty where there is none
+
+  Film() = default;
+  Film(int w, int h);
+
+  std::uint32_t pass_count() const;
+  bool contains(std::uint32_t pass) const;
+};
+
+/// From this many complete blocks on their spread tells the variance, before that the spread of single passes.
+inline constexpr std::uint32_t kBlocksForEstimate = 4;
+
+/// Adds pass number `pass`, which must not be contained yet: pictures of the film's size. Is not interrupted by
+/// the execution's stop token.
+void add_pass(Film& film, std::uint32_t pass, const PassImage& image, const Execution& execution = {});
+
+/// Adds all passes of `other`. Errors: another size; a pass that both contain.
+Status merge_film(Film& film, const Film& other);
 
 /// The mean over the passes; black where there are none.
 Image film_mean(const Film& film);
-
-/// How far the mean is from the expected value, from the spread of the passes.
-struct ErrorEstimate {
-  double rmse = 0;            ///< √mean over pixels and channels of Var[mean], in radiance
-  double relative = 0;        ///< √mean of Var[mean]/(mean² + 0.01): comparable with √relMSE
-  bool known = false;         ///< false while there are fewer than two passes
-};
-/// Noise only: a bias of the method is not contained.
-ErrorEstimate estimate_error(const Film& film);
 
 }  // namespace photond

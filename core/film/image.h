@@ -14,7 +14,6 @@ struct Image {
   int width = 0;
   int height = 0;
   std::vector<Rgb> pixels;        ///< width·height, row-major
-  std::uint64_t rejected = 0;     ///< samples that were not finite and count as black
 
   Image() = default;
   Image(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * h, Rgb(0)) {}
@@ -22,6 +21,12 @@ struct Image {
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * width + x; }
   Rgb& at(int x, int y) { return pixels[index(x, y)]; }
   const Rgb& at(int x, int y) const { return pixels[index(x, y)]; }
+};
+
+/// What one pass gives.
+struct PassImage {
+  Image radiance;
+  Image bias;  ///< an estimate of radiance's bias that is right on average; empty where the method has none
 };
 
 }  // namespace photond

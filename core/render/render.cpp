@@ -18,14 +18,6 @@ std::string radius_reason(const RenderSettings& settings, float radius) {
   return text;
 }
 
-void reject_non_finite(Image& image) {
-  for (Rgb& pixel : image.pixels) {
-    if (is_finite(pixel)) continue;
-    pixel = Rgb(0);
-    ++image.rejected;
-  }
-}
-
 RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, const PhotonMaps* maps) {
   RadianceSettings settings;
   settings.maps = maps;
@@ -66,8 +58,8 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
   return RenderTask{std::move(scene), camera, photons, settings, std::move(plan).value()};
 }
 
-Result<Image> render_pass(const RenderTask& task, std::uint32_t pass, const MapSource& maps,
-                          const Execution& execution) {
+Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const MapSource& maps,
+                              const Execution& execution) {
   std::shared_ptr<const PhotonMaps> pass_maps;
   if (task.plan.uses_maps) {
     const std::uint32_t map_pass = task.plan.method == Method::photon_map ? 0 : pass;
@@ -79,17 +71,16 @@ Result<Image> render_pass(const RenderTask& task, std::uint32_t pass, const MapS
   const int width = task.settings.width;
   const int height = task.settings.height;
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
-  Image image(width, height);
-  parallel_for(execution, image.pixels.size(), 256, [&](std::size_t i) {
+  PassImage image{.radiance = Image(width, height), .bias = {}};
+  parallel_for(execution, image.radiance.pixels.size(), 256, [&](std::size_t i) {
     Rng rng(task.settings.seed, RngPurpose::camera, pass, i);
     const Vec2 jitter = rng.next2();
     const auto x = static_cast<float>(i % static_cast<std::size_t>(width));
     const auto y = static_cast<float>(i / static_cast<std::size_t>(width));
     const Vec2 film{(x + jitter.x) / static_cast<float>(width), (y + jitter.y) / static_cast<float>(height)};
-    image.pixels[i] = estimate_incoming(*task.scene, settings, camera_ray(task.camera, film, aspect), rng);
+    image.radiance.pixels[i] = estimate_incoming(*task.scene, settings, camera_ray(task.camera, film, aspect), rng);
   });
   if (execution.cancelled()) return cancelled();
-  reject_non_finite(image);
   return image;
 }
 

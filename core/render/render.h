@@ -7,7 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/result.h"
-#include "core/film/film.h"
+#include "core/film/image.h"
 #include "core/photon/photon_maps.h"
 #include "core/render/plan.h"
 #include "core/render/settings.h"
@@ -33,7 +33,7 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
 
 /// Renders pass `pass` (0, 1, …) of the task: an estimate of the picture independent of all other passes
 /// (`photon_map`: sharing one map). A pure function of (task, pass). Asks `maps` for photon maps at most once.
-Result<Image> render_pass(const RenderTask& task, std::uint32_t pass, const MapSource& maps,
-                          const Execution& execution);
+Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const MapSource& maps,
+                              const Execution& execution);
 
 }  // namespace photond

@@ -72,8 +72,8 @@ Result<Rendering> render_passes(const RenderTask& task, const StopRule& stop, co
       break;
     }
     if (!image) return image.error();
-    add_pass(rendering.film, *image);
-    progress.passes = rendering.film.passes;
+    add_pass(rendering.film, progress.passes, *image, execution);
+    ++progress.passes;
     const bool measured = is_measured(progress.passes);
     if (measured) progress.error = estimate_error(rendering.film);
     progress.seconds = watch.seconds();

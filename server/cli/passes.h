@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/film/film.h"
 #include "core/render/render.h"
 #include "server/cli/progress.h"
 

@@ -92,8 +92,8 @@ int write_results(const RenderCommand& command, const RenderTask& task, const Re
 }
 
 void print_summary(const RenderCommand& command, const RenderTask& task, const Rendering& rendering) {
-  std::string text = std::string(method_name(task.plan.method)) + ": " + std::to_string(rendering.film.passes) +
-                     (rendering.film.passes == 1 ? " pass in " : " passes in ") +
+  std::string text = std::string(method_name(task.plan.method)) + ": " + std::to_string(rendering.film.pass_count()) +
+                     (rendering.film.pass_count() == 1 ? " pass in " : " passes in ") +
                      duration_text(rendering.seconds);
   if (const ErrorEstimate error = estimate_error(rendering.film); error.known) {
     text += ", estimated relative error " + std::to_string(error.relative);
@@ -126,7 +126,7 @@ int run_render(const RenderCommand& command) {
   const auto rendering = render_passes(*task, stop_of(command), execution, *bar);
   bar.reset();  // the line is erased before anything else is printed
   if (!rendering) return print_failure(command.scene, rendering.error());
-  if (rendering->film.passes == 0) return interrupted();
+  if (rendering->film.pass_count() == 0) return interrupted();
   if (const int code = write_results(command, *task, *rendering, seconds); code != kExitOk) return code;
   print_warnings(task->scene->scene);
   print_summary(command, *task, *rendering);

@@ -1,6 +1,6 @@
 #include "server/cli/report_json.h"
 
-#include "core/film/film.h"
+#include "core/film/error.h"
 #include "server/api/job_message.h"
 #include "server/api/scene_message.h"
 
@@ -77,7 +77,7 @@ Json render_json(const RenderCommand& command, const StopRule& stop, const Rende
           {"camera", task.camera.name},
           {"settings", settings_json(task, stop)},
           {"outputs", command.outputs},
-          {"passes", rendering.film.passes},
+          {"passes", rendering.film.pass_count()},
           {"rejected_samples", rendering.film.rejected},
           {"stopped_by", rendering.stopped_by},
           {"seconds",

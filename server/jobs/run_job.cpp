@@ -53,7 +53,7 @@ Status RunJob::advance() {
   if (!task_) return prepare_task();
   if (const Status rendered = render_next_pass(); !rendered) return rendered;
   if (stop_rule_met()) return finish();
-  if (rule_.due(film_.passes, wall_seconds())) return publish(false);
+  if (rule_.due(film_.pass_count(), wall_seconds())) return publish(false);
   return wall_seconds() - told_ >= kProgressSeconds ? tell_progress() : Done{};
 }
 
@@ -81,11 +81,11 @@ Status RunJob::render_next_pass() {
   const MapSource source = [this](const MapKey& key, const Execution& execution) {
     return maps_.get(*task_->scene, key, execution);
   };
-  const Result<Image> pass = render_pass(*task_, film_.passes, source, execution_);
+  const Result<PassImage> pass = render_pass(*task_, film_.pass_count(), source, execution_);
   if (!pass) return pass.error();
   // After a cancel a pass may come back with holes: what was skipped is black.
   if (execution_.cancelled()) return cancelled();
-  add_pass(film_, *pass);
+  add_pass(film_, film_.pass_count(), *pass, execution_);
   ++passes_;
   error_ = estimate_error(film_);
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
@@ -94,7 +94,7 @@ Status RunJob::render_next_pass() {
 
 bool RunJob::stop_rule_met() const { return rule_met(job_->spec().stop, progress()) != nullptr; }
 
-Progress RunJob::progress() const { return {film_.passes, compute_seconds_, error_}; }
+Progress RunJob::progress() const { return {film_.pass_count(), compute_seconds_, error_}; }
 
 Status RunJob::finish() {
   const auto numbers = [this](JobRecord& record) { put_numbers(record); };
@@ -121,7 +121,7 @@ Status RunJob::tell_progress() {
 }
 
 void RunJob::put_numbers(JobRecord& record) const {
-  record.passes = film_.passes;
+  record.passes = film_.pass_count();
   record.seconds = compute_seconds_;
   if (error_.known) record.error = error_;
   record.map_hits = maps_.hits();

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/film/film.h"
+#include "core/film/error.h"
 #include "core/render/settings.h"
 
 namespace photond {

@@ -11,7 +11,7 @@
 
 #include "core/base/digest.h"
 #include "core/base/result.h"
-#include "core/film/film.h"
+#include "core/film/error.h"
 #include "core/photon/settings.h"
 #include "core/render/plan.h"
 #include "core/render/settings.h"

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace photond {
+
+/// Values at or beyond this magnitude (7·10¹⁰) do not fit the sums below; the sun's disc has a radiance of
+/// 2·10⁷ W·m⁻²·sr⁻¹ and a luminance of 1.6·10⁹ cd·m⁻².
+inline constexpr float kLargestSummand = 0x1p36f;
+
+/// A sum of floats in fixed point: integer addition is associative, so that a sum does not depend on how it was
+/// split. Unit 2⁻⁶⁴ (floats from 2⁻⁴⁰ ≈ 10⁻¹² on are exact, smaller ones are cut), room for 2²⁶ of the largest
+/// summands.
+struct ExactSum {
+  unsigned __int128 bits = 0;  ///< two's complement
+
+  /// |x| < kLargestSummand.
+  void add(float x) {
+    const auto raw = std::bit_cast<std::uint32_t>(x);
+    const int exponent = static_cast<int>((raw >> 23) & 0xff);
+    if (exponent == 0) return;  // zero or below 2⁻¹²⁶
+    const unsigned __int128 mantissa = (raw & 0x7fffffu) | 0x800000u;
+    const int shift = exponent - 150 + 64;  // x = ±mantissa·2^(exponent − 150)
+    if (shift <= -24) return;
+    const unsigned __int128 magnitude = shift >= 0 ? mantissa << shift : mantissa >> -shift;
+    bits += (raw >> 31) != 0 ? -magnitude : magnitude;
+  }
+  void add(const ExactSum& other) { bits += other.bits; }
+
+  double value() const {
+    const bool negative = (bits >> 127) != 0;
+    const double magnitude = static_cast<double>(negative ? -bits : bits) * 0x1p-64;
+    return negative ? -magnitude : magnitude;
+  }
+  bool operator==(const ExactSum&) const = default;
+};
+
+/// The same for squares: unit 2⁻⁹⁶, room for 2²⁴ squares of the largest summand.
+struct ExactSquareSum {
+  std::array<std::uint64_t, 3> words{};  ///< least significant first
+
+  /// Adds x², |x| < kLargestSummand, cut to 53 bits.
+  void add_square(double x) {
+    const auto raw = std::bit_cast<std::uint64_t>(x * x);
+    const int exponent = static_cast<int>(raw >> 52);
+    if (exponent == 0) return;
+    std::uint64_t mantissa = (raw & 0xfffffffffffffu) | 0x10000000000000u;
+    int shift = exponent - 1075 + 96;  // x² = mantissa·2^(exponent − 1075)
+    if (shift <= -53) return;
+    if (shift < 0) mantissa >>= -shift, shift = 0;
+    const unsigned __int128 wide = static_cast<unsigned __int128>(mantissa) << (shift % 64);
+    ExactSquareSum term;
+    const auto word = static_cast<std::size_t>(shift / 64);  // 0 or 1
+    term.words[word] = static_cast<std::uint64_t>(wide);
+    term.words[word + 1] = static_cast<std::uint64_t>(wide >> 64);
+    add(term);
+  }
+  void add(const ExactSquareSum& other) {
+    unsigned __int128 carry = 0;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      carry += static_cast<unsigned __int128>(words[i]) + other.words[i];
+      words[i] = static_cast<std::uint64_t>(carry);
+      carry >>= 64;
+    }
+  }
+
+  double value() const {
+    return static_cast<double>(words[2]) * 0x1p32 + static_cast<double>(words[1]) * 0x1p-32 +
+           static_cast<double>(words[0]) * 0x1p-96;
+  }
+  bool operator==(const ExactSquareSum&) const = default;
+};
+
+}  // namespace photond
