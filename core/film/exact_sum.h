@@ -47,31 +47,35 @@ struct ExactSquareSum {
     const auto raw = std::bit_cast<std::uint64_t>(x * x);
     const int exponent = static_cast<int>(raw >> 52);
     if (exponent == 0) return;
-    std::uint64_t mantissa = (raw & 0xfffffffffffffu) | 0x10000000000000u;
-    int shift = exponent - 1075 + 96;  // x² = mantissa·2^(exponent − 1075)
-    if (shift <= -53) return;
-    if (shift < 0) mantissa >>= -shift, shift = 0;
-    const unsigned __int128 wide = static_cast<unsigned __int128>(mantissa) << (shift % 64);
-    ExactSquareSum term;
-    const auto word = static_cast<std::size_t>(shift / 64);  // 0 or 1
-    term.words[word] = static_cast<std::uint64_t>(wide);
-    term.words[word + 1] = static_cast<std::uint64_t>(wide >> 64);
-    add(term);
-  }
-  void add(const ExactSquareSum& other) {
-    unsigned __int128 carry = 0;
-    for (std::size_t i = 0; i < words.size(); ++i) {
-      carry += static_cast<unsigned __int128>(words[i]) + other.words[i];
-      words[i] = static_cast<std::uint64_t>(carry);
-      carry >>= 64;
+    const std::uint64_t mantissa = (raw & 0xfffffffffffffu) | 0x10000000000000u;
+    const int shift = exponent - 1075 + 96;  // x² = mantissa·2^(exponent − 1075)
+    if (shift >= 64) {
+      const unsigned __int128 wide = static_cast<unsigned __int128>(mantissa) << (shift - 64);
+      add(0, static_cast<std::uint64_t>(wide), static_cast<std::uint64_t>(wide >> 64));
+    } else if (shift >= 0) {
+      const unsigned __int128 wide = static_cast<unsigned __int128>(mantissa) << shift;
+      add(static_cast<std::uint64_t>(wide), static_cast<std::uint64_t>(wide >> 64), 0);
+    } else if (shift > -53) {
+      add(mantissa >> -shift, 0, 0);
     }
   }
+  void add(const ExactSquareSum& other) { add(other.words[0], other.words[1], other.words[2]); }
 
   double value() const {
     return static_cast<double>(words[2]) * 0x1p32 + static_cast<double>(words[1]) * 0x1p-32 +
            static_cast<double>(words[0]) * 0x1p-96;
   }
   bool operator==(const ExactSquareSum&) const = default;
+
+ private:
+  void add(std::uint64_t low, std::uint64_t middle, std::uint64_t high) {
+    using Wide = unsigned __int128;
+    const Wide first = static_cast<Wide>(words[0]) + low;
+    const Wide second = static_cast<Wide>(words[1]) + middle + static_cast<std::uint64_t>(first >> 64);
+    words[0] = static_cast<std::uint64_t>(first);
+    words[1] = static_cast<std::uint64_t>(second);
+    words[2] += high + static_cast<std::uint64_t>(second >> 64);
+  }
 };
 
 }  // namespace photond
