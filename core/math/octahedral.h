@@ -19,15 +19,17 @@ inline std::uint32_t encode_direction(const Vec3& w) {
   return static_cast<std::uint32_t>(quantize(x) | quantize(y) << 16);
 }
 
-inline Vec3 decode_direction(std::uint32_t bits) {
+/// The direction at an arbitrary length.
+inline Vec3 octahedral_vector(std::uint32_t bits) {
   const float x = static_cast<float>(bits & 0xffff) * (2 / 65535.0f) - 1;
   const float y = static_cast<float>(bits >> 16) * (2 / 65535.0f) - 1;
   Vec3 w{x, y, 1 - std::abs(x) - std::abs(y)};
   const float fold = std::max(-w.z, 0.0f);
   w.x -= std::copysign(fold, w.x);
   w.y -= std::copysign(fold, w.y);
-  return glm::normalize(w);
+  return w;
 }
+inline Vec3 decode_direction(std::uint32_t bits) { return glm::normalize(octahedral_vector(bits)); }
 
 /// A unit vector in three times ten bits: for tests of orientation only; error below .1°.
 inline std::uint32_t encode_normal(const Vec3& n) {

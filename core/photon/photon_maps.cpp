@@ -23,16 +23,11 @@ void scale(EnergyLedger& ledger, double factor) {
   }
 }
 
-std::vector<Photon> join(std::vector<PhotonBlock>& blocks, std::vector<Photon> PhotonBlock::*part) {
-  std::size_t count = 0;
-  for (const PhotonBlock& block : blocks) count += (block.*part).size();
-  std::vector<Photon> photons;
-  photons.reserve(count);
-  for (PhotonBlock& block : blocks) {
-    photons.insert(photons.end(), (block.*part).begin(), (block.*part).end());
-    block.*part = {};
-  }
-  return photons;
+PhotonMap index(const std::vector<PhotonBlock>& blocks, std::vector<Photon> PhotonBlock::*part,
+                const Execution& execution) {
+  std::vector<std::span<const Photon>> photons;
+  for (const PhotonBlock& block : blocks) photons.emplace_back(block.*part);
+  return PhotonMap(photons, execution);
 }
 
 }  // namespace
@@ -53,8 +48,8 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
     maps->rays += block.rays;
   }
   scale(maps->ledger, 1 / static_cast<double>(paths));
-  maps->global = PhotonMap(join(blocks, &PhotonBlock::global), execution);
-  maps->caustic = PhotonMap(join(blocks, &PhotonBlock::caustic), execution);
+  maps->global = index(blocks, &PhotonBlock::global, execution);
+  maps->caustic = index(blocks, &PhotonBlock::caustic, execution);
   if (execution.cancelled()) return cancelled();
   maps->memory_bytes = maps->global.memory_bytes() + maps->caustic.memory_bytes();
   return std::shared_ptr<const PhotonMaps>(std::move(maps));

@@ -115,7 +115,7 @@ class RadianceWalk {
       radius_sq = nearest_radius_sq(map, surface.position, settings_.nearest, radius_sq);
     }
     if (!(radius_sq > 0)) return Rgb(0);
-    return estimate_radiance(map, surface, bsdf, mask, radius_sq) / static_cast<float>(settings_.maps->emitted);
+    return estimate_radiance(map, surface, bsdf, mask, radius_sq).radiance / static_cast<float>(settings_.maps->emitted);
   }
 
   Rgb gather(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {

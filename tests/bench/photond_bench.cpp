@@ -76,9 +76,11 @@ double queries_per_second(const PhotonMaps& maps, const Execution& execution) {
   std::vector<float> sums(kQueries, 0);
   const double time = seconds([&] {
     parallel_for(execution, kQueries, 256, [&](std::size_t i) {
-      const Vec3 center = map.tree().point(static_cast<std::uint32_t>(mix64(i) % map.size()));
+      const Vec3 center = map.position(static_cast<std::uint32_t>(mix64(i) % map.size()));
       const float radius_sq = nearest_radius_sq(map, center, 30, kInfinity);
-      map.tree().query(center, radius_sq, [&](std::uint32_t p, float d_sq, float&) { sums[i] += map.flux(p).x * d_sq; });
+      map.tree().query(center, radius_sq, [&](std::span<const std::uint32_t> leaves) {
+        for (const std::uint32_t leaf : leaves) sums[i] += map.leaf(leaf).distances_sq(center)[0];
+      });
     });
   });
   return kQueries / time;

@@ -69,7 +69,7 @@ TEST(PhotonMaps, BitsDoNotDependOnTheThreads) {
   ASSERT_EQ(serial->caustic.size(), parallel->caustic.size());
   EXPECT_GT(serial->caustic.size(), 100u);
   for (std::uint32_t i = 0; i < serial->global.size(); ++i) {
-    ASSERT_EQ(serial->global.tree().point(i), parallel->global.tree().point(i));
+    ASSERT_EQ(serial->global.position(i), parallel->global.position(i));
     ASSERT_EQ(serial->global.flux(i), parallel->global.flux(i));
     ASSERT_EQ(serial->global.direction(i), parallel->global.direction(i));
   }
@@ -104,7 +104,7 @@ TEST(PhotonMaps, TellsCausticsFromTheRest) {
   const auto maps = *build_photon_maps(*prepared, key(10'000), Execution{});
   ASSERT_GT(maps->caustic.size(), 1000u);
   ASSERT_GT(maps->global.size(), 1000u);
-  for (std::uint32_t i = 0; i < maps->caustic.size(); ++i) EXPECT_NEAR(maps->caustic.tree().point(i).z, 0, 1e-5f);
+  for (std::uint32_t i = 0; i < maps->caustic.size(); ++i) EXPECT_NEAR(maps->caustic.position(i).z, 0, 1e-5f);
   // The mirror image is a point light at height 3, half of whose flux goes down: E(0) = I/9.
   const double flux_to_floor = 0.5 * 4 * kPi;
   double flux = 0;

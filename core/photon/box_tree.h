@@ -1,0 +1,155 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/math/types.h"
+
+namespace photond {
+
+/// Squared length, the one expression by which all distances of the photon index are computed.
+inline float length_sq(float x, float y, float z) { return x * x + y * y + z * z; }
+
+/// A tree of bounding boxes, eight to a node, over leaves that are numbered along a space-filling curve: node i of a
+/// level bounds the nodes 8i … 8i+7 of the level below, so no links are stored [Kamel and Faloutsos 1993: packed
+/// R-trees]. A node's boxes are tested together and without a branch. It knows the leaves' bounds, not what is in
+/// them. Three bytes a point for leaves of eight points.
+class BoxTree {
+ public:
+  static constexpr std::uint32_t kWidth = 8;
+  /// The most leaves handed over at once.
+  static constexpr std::uint32_t kBatch = 64;
+
+  /// Squared distances to a box or to a point are three products each, which compilers may contract differently:
+  /// two units in the last place. Boxes are left out, and bounds derived from distances, with this factor between.
+  static constexpr float kSafety = 1 + 4 * std::numeric_limits<float>::epsilon();
+
+  BoxTree() = default;
+
+  /// Over the leaves 0 … leaves−1, whose bounds are `bounds(leaf)`, asked for once each and in parallel.
+  template <class LeafBounds>
+  BoxTree(std::uint32_t leaves, const LeafBounds& bounds, const Execution& execution);
+
+  std::uint64_t memory_bytes() const { return nodes_.capacity() * sizeof(Node); }
+
+  /// Calls visit(span of at most kBatch leaves) until every leaf that may hold a point with d² < radius_sq has been
+  /// named exactly once.
+  template <class Visit>
+  void query(const Vec3& center, float radius_sq, const Visit& visit) const;
+
+ private:
+  // Eight boxes; empty ones, which nothing is near to, where there are fewer children.
+  struct Node {
+    std::array<std::array<float, kWidth>, 3> min;
+    std::array<std::array<float, kWidth>, 3> max;
+
+    void set(std::uint32_t child, const Bounds3& box);
+    Bounds3 bounds() const;
+    std::array<float, kWidth> distances_sq(const Vec3& center) const;
+  };
+  // Eight to the eleventh exceeds 2³².
+  static constexpr std::uint32_t kMaxLevels = 11;
+  // Each level leaves at most seven siblings behind.
+  static constexpr std::uint32_t kStack = kMaxLevels * kWidth;
+  std::uint32_t levels_ = 0;
+  std::array<std::uint32_t, kMaxLevels> begin_{};   // of each level in nodes_; level 0 holds the leaves' boxes
+  std::vector<Node> nodes_;
+};
+
+inline void BoxTree::Node::set(std::uint32_t child, const Bounds3& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    min[axis][child] = box.min[axis];
+    max[axis][child] = box.max[axis];
+  }
+}
+
+inline Bounds3 BoxTree::Node::bounds() const {
+  Bounds3 box;
+  for (std::uint32_t i = 0; i < kWidth; ++i) {
+    box.min = glm::min(box.min, Vec3(min[0][i], min[1][i], min[2][i]));
+    box.max = glm::max(box.max, Vec3(max[0][i], max[1][i], max[2][i]));
+  }
+  return box;
+}
+
+inline std::array<float, BoxTree::kWidth> BoxTree::Node::distances_sq(const Vec3& center) const {
+  std::array<float, kWidth> result;
+  for (std::uint32_t i = 0; i < kWidth; ++i) {
+    const auto outside = [&](int axis, float c) {
+      const float below = min[axis][i] - c;
+      const float above = c - max[axis][i];
+      const float larger = below > above ? below : above;
+      return larger > 0 ? larger : 0;
+    };
+    result[i] = length_sq(outside(0, center.x), outside(1, center.y), outside(2, center.z));
+  }
+  return result;
+}
+
+template <class LeafBounds>
+BoxTree::BoxTree(std::uint32_t leaves, const LeafBounds& bounds, const Execution& execution) {
+  if (leaves == 0) return;
+  const auto parents = [](std::uint32_t n) { return n / kWidth + (n % kWidth != 0 ? 1 : 0); };
+  std::uint32_t total = 0;
+  std::uint32_t n = leaves;
+  do {
+    n = parents(n);
+    begin_[levels_++] = total;
+    total += n;
+  } while (n > 1);
+  nodes_.resize(total);
+  std::uint32_t children = leaves;
+  for (std::uint32_t level = 0; level < levels_; ++level) {
+    n = parents(children);
+    parallel_for(execution, n, 256, [&](std::size_t i) {
+      for (std::uint32_t c = 0; c < kWidth; ++c) {
+        const auto child = static_cast<std::uint32_t>(i) * kWidth + c;
+        Bounds3 box;
+        if (child < children) box = level == 0 ? bounds(child) : nodes_[begin_[level - 1] + child].bounds();
+        nodes_[begin_[level] + i].set(c, box);
+      }
+    });
+    children = n;
+  }
+}
+
+template <class Visit>
+void BoxTree::query(const Vec3& center, float radius_sq, const Visit& visit) const {
+  struct Pending {
+    std::uint32_t node, level;
+  };
+  std::array<Pending, kStack> stack;
+  std::array<std::uint32_t, kBatch + kWidth> leaves;
+  std::uint32_t top = 0;
+  std::uint32_t count = 0;
+  const float reach_sq = radius_sq * kSafety;
+  if (levels_ > 0) stack[top++] = {0, levels_ - 1};
+  while (top > 0) {
+    const auto [node, level] = stack[--top];
+    const std::array<float, kWidth> d = nodes_[begin_[level] + node].distances_sq(center);
+    // Written always, kept where near: cheaper than eight branches nobody can predict.
+    if (level > 0) {
+      for (std::uint32_t i = 0; i < kWidth; ++i) {
+        stack[top] = {node * kWidth + i, level - 1};
+        top += d[i] < reach_sq ? 1 : 0;
+      }
+      continue;
+    }
+    for (std::uint32_t i = 0; i < kWidth; ++i) {
+      leaves[count] = node * kWidth + i;
+      count += d[i] < reach_sq ? 1 : 0;
+    }
+    if (count > kBatch - kWidth) {
+      visit(std::span<const std::uint32_t>(leaves.data(), count));
+      count = 0;
+    }
+  }
+  if (count > 0) visit(std::span<const std::uint32_t>(leaves.data(), count));
+}
+
+}  // namespace photond
