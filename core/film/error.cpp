@@ -6,19 +6,18 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/film/reconstruct.h"
+
 namespace photond {
 namespace {
-
-constexpr int kSmoothRadius = 2;  // pixels: a window of 5×5
-
-using Channels = std::vector<glm::dvec3>;
 
 /// Turns sums over passes into the variance of the mean.
 class Variance {
  public:
-  explicit Variance(const Film& film)
+  /// By blocks from `min_blocks` of them on.
+  Variance(const Film& film, std::uint32_t min_blocks)
       : film_(film),
-        by_blocks_(film.blocks >= kBlocksForEstimate),
+        by_blocks_(film.blocks >= min_blocks),
         count_(by_blocks_ ? film.blocks : film.pass_count()) {}
 
   double degrees() const { return count_ - 1; }
@@ -36,77 +35,6 @@ class Variance {
   bool by_blocks_;
   double count_;
 };
-
-glm::dvec3 pass_mean(const Film& film, std::size_t pixel, std::uint32_t passes) {
-  glm::dvec3 mean(0);
-  for (std::size_t c = 0; c < 3; ++c) {
-    ExactSum sum = film.complete[pixel][c];
-    for (const Film::OpenBlock& block : film.open) sum.add(block.sum[pixel][c]);
-    mean[static_cast<int>(c)] = sum.value() / passes;
-  }
-  return mean;
-}
-
-std::uint32_t count_parity(const Film& film, std::uint32_t parity) {
-  std::uint32_t count = 0;
-  for (const PassRange& range : film.passes) {
-    count += (range.last + 1 - parity) / 2 - (range.first + 1 - parity) / 2;
-  }
-  return count;
-}
-
-/// Mean over the window around each pixel, of what lies inside the picture: along rows, then along columns.
-Channels smooth(const Channels& in, int width, int height) {
-  const auto along = [](const Channels& from, int lines, int length, int line_step, int step) {
-    Channels to(from.size());
-    for (int line = 0; line < lines; ++line) {
-      const auto at = [&](int k) { return static_cast<std::size_t>(line) * line_step + static_cast<std::size_t>(k) * step; };
-      for (int k = 0; k < length; ++k) {
-        const int first = std::max(0, k - kSmoothRadius), last = std::min(length - 1, k + kSmoothRadius);
-        glm::dvec3 sum(0);
-        for (int j = first; j <= last; ++j) sum += from[at(j)];
-        to[at(k)] = sum / static_cast<double>(last - first + 1);
-      }
-    }
-    return to;
-  };
-  return along(along(in, height, width, width, 1), width, height, 1, width);
-}
-
-/// Means of the passes' bias estimates, smoothed; all empty where the film has none.
-struct BiasMeans {
-  Channels all;
-  Channels even;
-  Channels odd;  ///< even and odd: both `all` where one of them has no passes
-};
-
-Channels bias_mean(const Film::Sums& sums, std::uint32_t passes) {
-  Channels mean(sums.size(), glm::dvec3(0));
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) mean[i][static_cast<int>(c)] = sums[i][c].value() / passes;
-  }
-  return mean;
-}
-
-BiasMeans bias_means(const Film& film) {
-  BiasMeans means;
-  if (film.bias[0].empty() && film.bias[1].empty()) return means;
-  const double even = count_parity(film, 0), odd = count_parity(film, 1);
-  const auto smoothed = [&](int parity, double count) {
-    return smooth(bias_mean(film.bias[parity], static_cast<std::uint32_t>(count)), film.width, film.height);
-  };
-  if (even == 0 || odd == 0) {
-    means.all = means.even = means.odd = smoothed(even == 0 ? 1 : 0, even + odd);
-    return means;
-  }
-  means.even = smoothed(0, even);
-  means.odd = smoothed(1, odd);
-  means.all.resize(means.even.size());
-  for (std::size_t i = 0; i < means.all.size(); ++i) {
-    means.all[i] = (even * means.even[i] + odd * means.odd[i]) / (even + odd);
-  }
-  return means;
-}
 
 bool is_dominated(const Film& film, std::size_t pixel, const glm::dvec3& mean, std::uint32_t passes) {
   return film.largest[pixel] > 0.5 * passes * (mean.x + mean.y + mean.z);
@@ -129,17 +57,18 @@ double t_quantile(double degrees) {
 ErrorEstimate estimate_error(const Film& film) {
   const std::uint32_t passes = film.pass_count();
   if (passes < 2 || film.complete.empty()) return {};
-  const Variance variance(film);
-  const BiasMeans bias = bias_means(film);
+  // A degree of freedom for each pixel is plenty for a mean over all.
+  const Variance variance(film, 2);
+  const Reconstruction picture = reconstruct(film);
   double v_sum = 0, v_relative = 0, b_sum = 0, b_relative = 0;
   ErrorEstimate error{.known = true};
   for (std::size_t i = 0; i < film.complete.size(); ++i) {
-    const glm::dvec3 mean = pass_mean(film, i, passes);
+    const glm::dvec3 mean = pass_mean(film, i);
     error.dominated += is_dominated(film, i, mean, passes);
     for (int c = 0; c < 3; ++c) {
-      const double v = variance(i, static_cast<std::size_t>(c), mean[c]);
-      const double b_sq = bias.all.empty() ? 0 : bias.even[i][c] * bias.odd[i][c];
-      const double scale = 1 / (mean[c] * mean[c] + 0.01);
+      const double v = variance(i, static_cast<std::size_t>(c), mean[c]) + picture.variance[i][c];
+      const double b_sq = picture.bias_sq[i][c];
+      const double scale = 1 / (picture.mean[i][c] * picture.mean[i][c] + 0.01);
       v_sum += v, v_relative += v * scale;
       b_sum += b_sq, b_relative += b_sq * scale;
     }
@@ -156,17 +85,18 @@ ErrorLayers error_layers(const Film& film) {
   ErrorLayers layers{Image(film.width, film.height), Image(film.width, film.height), Image(film.width, film.height)};
   const std::uint32_t passes = film.pass_count();
   if (passes < 2) return layers;
-  const Variance variance(film);
+  const Variance variance(film, kBlocksForEstimate);
   const double t = t_quantile(variance.degrees());
-  const Channels bias = bias_means(film).all;
+  const Reconstruction picture = reconstruct(film);
   for (std::size_t i = 0; i < film.complete.size(); ++i) {
-    const glm::dvec3 mean = pass_mean(film, i, passes);
+    const glm::dvec3 mean = pass_mean(film, i);
     for (int c = 0; c < 3; ++c) {
-      const double noise = t * std::sqrt(variance(i, static_cast<std::size_t>(c), mean[c]));
-      const double b = bias.empty() ? 0 : bias[i][c];
+      const double v = variance(i, static_cast<std::size_t>(c), mean[c]) + picture.variance[i][c];
+      const double noise = t * std::sqrt(v);
+      const double bias = std::sqrt(std::max(0.0, picture.bias_sq[i][c]));
       layers.noise.pixels[i][c] = static_cast<float>(noise);
-      layers.bias.pixels[i][c] = static_cast<float>(b);
-      layers.bound.pixels[i][c] = static_cast<float>(std::abs(b) + noise);
+      layers.bias.pixels[i][c] = static_cast<float>(bias);
+      layers.bound.pixels[i][c] = static_cast<float>(bias + noise);
     }
   }
   return layers;
@@ -177,7 +107,7 @@ std::vector<bool> dominated_pixels(const Film& film) {
   const std::uint32_t passes = film.pass_count();
   if (passes == 0) return flags;
   for (std::size_t i = 0; i < flags.size(); ++i) {
-    flags[i] = is_dominated(film, i, pass_mean(film, i, passes), passes);
+    flags[i] = is_dominated(film, i, pass_mean(film, i), passes);
   }
   return flags;
 }

@@ -7,8 +7,9 @@
 
 namespace photond {
 
-/// How far the mean of a film's passes is from the true picture: its noise from the spread of the passes, its bias
-/// from their own estimates (PassImage::bias). What a method does not estimate is not contained.
+/// How far a film's picture is from the true one: its noise from the spread of the passes and of the photons, its
+/// bias from what the bands of narrower radii would change (reconstruct). What a method does not estimate is not
+/// contained.
 struct ErrorEstimate {
   double rmse = 0;            ///< √mean over pixels and channels of V + b², in radiance
   double relative = 0;        ///< √mean of (V + b²)/(mean² + 0.01): comparable with √relMSE; √(noise² + bias²)
@@ -19,18 +20,17 @@ struct ErrorEstimate {
 };
 
 /// V, the variance of the mean, is (spread of complete block means)/blocks: the passes of a block may depend on one
-/// another, and the block that is not complete counts for the mean only. With fewer than kBlocksForEstimate
-/// complete blocks it is (spread of single passes)/passes, which is too large where stratification within the
-/// blocks helps. b², the squared bias, is the product of the bias means over even and over odd passes, each
-/// smoothed over 5×5 pixels: their noise is independent, so that it cancels on average, where the square of one
-/// mean would contain its variance. The sum over the picture is clamped at 0.
+/// another, and the block that is not complete counts for the mean only. With fewer than two complete blocks
+/// (kBlocksForEstimate for the error of single pixels) it is (spread of single passes)/passes, which is too large where stratification within the
+/// blocks helps. The bands' share of V and the squared bias b² are Reconstruction's; b² is clamped at
+/// 0 in the sum over the picture.
 ErrorEstimate estimate_error(const Film& film);
 
 /// The error of each pixel and channel, in radiance.
 struct ErrorLayers {
   Image noise;  ///< half width of the 95 % confidence interval: t·√V, t Student's quantile of the estimate's degrees
-  Image bias;   ///< b, signed: mean of the passes' estimates, smoothed over 5×5 pixels
-  Image bound;  ///< |b| + noise
+  Image bias;   ///< b ≥ 0: root of the expected squared bias
+  Image bound;  ///< b + noise
 };
 /// All black while there are fewer than two passes. Fewer than kReliablePasses passes say little about any pixel.
 ErrorLayers error_layers(const Film& film);

@@ -64,6 +64,31 @@ void close_if_complete(Film& film, std::uint32_t index, const Execution& executi
   if (++film.blocks >= kBlocksForEstimate) film.pass_squares = {};
 }
 
+bool fits(const Bands& bands) {
+  for (int j = 0; j < kBands; ++j) {
+    if (!fits(bands.value[j]) || !(bands.variance[j] < kLargestSummand)) return false;
+  }
+  return true;
+}
+
+void add_bands(Film::BandSums& sums, const Bands& bands) {
+  for (int j = 0; j < kBands; ++j) {
+    for (int c = 0; c < 3; ++c) sums.value[j][c].add(bands.value[j][c]);
+    sums.variance[j].add(bands.variance[j]);
+  }
+}
+
+void merge_bands(std::vector<Film::BandSums>& to, const std::vector<Film::BandSums>& from) {
+  if (from.empty()) return;
+  to.resize(from.size());
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    for (int j = 0; j < kBands; ++j) {
+      for (int c = 0; c < 3; ++c) to[i].value[j][c].add(from[i].value[j][c]);
+      to[i].variance[j].add(from[i].variance[j]);
+    }
+  }
+}
+
 template <class Sums>
 void add_sums(Sums& to, const Sums& from) {
   if (from.empty()) return;
@@ -96,22 +121,21 @@ bool Film::contains(std::uint32_t pass) const {
 void add_pass(Film& film, std::uint32_t pass, const PassImage& image, const Execution& execution) {
   const std::size_t pixels = film.complete.size();
   assert(image.radiance.pixels.size() == pixels && !film.contains(pass));
-  const bool biased = !image.bias.pixels.empty();
-  Film::Sums& bias = film.bias[pass % 2];
-  if (biased) bias.resize(pixels);
+  const bool banded = !image.bands.empty();
+  if (banded) film.bands.resize(pixels);
   Film::OpenBlock& block = open_block(film, pass / kBlockPasses);
   std::atomic<std::uint64_t> rejected = 0;
   for_pixels(execution, pixels, [&](std::size_t i) {
     const Rgb value = image.radiance.pixels[i];
-    if (!fits(value) || (biased && !fits(image.bias.pixels[i]))) {
+    if (!fits(value) || (banded && !fits(image.bands[i]))) {
       ++rejected;
       return;
     }
     for (int c = 0; c < 3; ++c) {
       block.sum[i][c].add(value[c]);
       if (!film.pass_squares.empty()) film.pass_squares[i][c].add_square(value[c]);
-      if (biased) bias[i][c].add(image.bias.pixels[i][c]);
     }
+    if (banded) add_bands(film.bands[i], image.bands[i]);
     film.largest[i] = std::max(film.largest[i], value.x + value.y + value.z);
   });
   film.rejected += rejected;
@@ -135,7 +159,7 @@ Status merge_film(Film& film, const Film& other) {
   film.rejected += other.rejected;
   add_sums(film.complete, other.complete);
   add_sums(film.block_squares, other.block_squares);
-  for (std::size_t parity = 0; parity < 2; ++parity) add_sums(film.bias[parity], other.bias[parity]);
+  merge_bands(film.bands, other.bands);
   for (std::size_t i = 0; i < film.largest.size(); ++i) {
     film.largest[i] = std::max(film.largest[i], other.largest[i]);
   }
@@ -155,18 +179,16 @@ Status merge_film(Film& film, const Film& other) {
   return Done{};
 }
 
-Image film_mean(const Film& film) {
-  Image image(film.width, film.height);
+glm::dvec3 pass_mean(const Film& film, std::size_t pixel) {
+  glm::dvec3 mean(0);
   const std::uint32_t passes = film.pass_count();
-  if (passes == 0) return image;
-  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      ExactSum sum = film.complete[i][c];
-      for (const Film::OpenBlock& block : film.open) sum.add(block.sum[i][c]);
-      image.pixels[i][static_cast<int>(c)] = static_cast<float>(sum.value() / passes);
-    }
+  if (passes == 0) return mean;
+  for (std::size_t c = 0; c < 3; ++c) {
+    ExactSum sum = film.complete[pixel][c];
+    for (const Film::OpenBlock& block : film.open) sum.add(block.sum[pixel][c]);
+    mean[static_cast<int>(c)] = sum.value() / passes;
   }
-  return image;
+  return mean;
 }
 
 }  // namespace photond

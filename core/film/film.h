@@ -28,6 +28,11 @@ struct Film {
   using Sums = std::vector<std::array<ExactSum, 3>>;              ///< per pixel and channel
   using SquareSums = std::vector<std::array<ExactSquareSum, 3>>;
 
+  struct BandSums {
+    std::array<std::array<ExactSum, 3>, kBands> value;
+    std::array<ExactSum, kBands> variance;
+  };
+
   /// A block of which some passes are missing.
   struct OpenBlock {
     std::uint32_t index = 0;
@@ -45,7 +50,7 @@ struct Film {
   SquareSums pass_squares;        ///< of the passes; empty once there are kBlocksForEstimate complete blocks
   std::vector<OpenBlock> open;    ///< ascending by index
   std::vector<float> largest;     ///< per pixel: largest R + G + B of a pass
-  std::array<Sums, 2> bias;       ///< over passes with even and with odd numbers; empty where there is none
+  std::vector<BandSums> bands;    ///< per pixel; empty where the passes have none
 
   Film() = default;
   Film(int w, int h);
@@ -64,7 +69,7 @@ void add_pass(Film& film, std::uint32_t pass, const PassImage& image, const Exec
 /// Adds all passes of `other`. Errors: another size; a pass that both contain.
 Status merge_film(Film& film, const Film& other);
 
-/// The mean over the passes; black where there are none.
-Image film_mean(const Film& film);
+/// The mean of the passes' radiance, without their bands; black where there are none.
+glm::dvec3 pass_mean(const Film& film, std::size_t pixel);
 
 }  // namespace photond

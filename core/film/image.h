@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/math/scales.h"
 #include "core/math/types.h"
 
 namespace photond {
@@ -26,7 +27,7 @@ struct Image {
 /// What one pass gives.
 struct PassImage {
   Image radiance;
-  Image bias;  ///< an estimate of radiance's bias that is right on average; empty where the method has none
+  std::vector<Bands> bands;  ///< per pixel: what narrower photon radii add to `radiance`; empty without photons
 };
 
 }  // namespace photond

@@ -6,7 +6,8 @@
 namespace photond {
 
 /// Share of the photons kept by the shrinking radius [Knaus and Zwicker 2011]: variance n^−α, bias n^(α−1).
-inline constexpr double kRadiusAlpha = 2.0 / 3;
+/// Close to 1: the radii of one pass span a factor of 16 already, and what is added of each decides (reconstruct).
+inline constexpr double kRadiusAlpha = 0.9;
 
 /// r²_pass/r²_0 of independent progressive passes, pass = 0, 1, …: Γ(i+α)/(Γ(1+α)Γ(i+1)) with i = pass + 1
 /// [Knaus and Zwicker 2011, eq. 14 in closed form].

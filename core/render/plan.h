@@ -22,7 +22,7 @@ struct Plan {
   Method method = Method::path;   ///< never automatic
   bool biased = false;            ///< the method does not converge to the right picture (photon_map)
   bool uses_maps = false;
-  float radius = 0;               ///< first gather radius in metres (0 where no map is used)
+  float radius = 0;               ///< widest gather radius of the first pass in metres, as asked; 0: chosen for each gather
   std::vector<PlanItem> items;
 };
 

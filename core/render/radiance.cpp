@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/photon/estimate.h"
+#include "core/photon/scales.h"
 #include "core/photon/shoot.h"
 #include "core/trace/medium.h"
 #include "core/trace/roulette.h"
@@ -26,15 +27,15 @@ class RadianceWalk {
  public:
   // `see_emitters`: emission met, and light sampled for followed lobes, belongs to this walk. A final-gather ray
   // leaves both to its origin's direct light and caustics.
-  RadianceWalk(const PreparedScene& scene, const RadianceSettings& settings, Rng& rng, bool see_emitters)
+  RadianceWalk(const PreparedScene& scene, const RadianceSettings& settings, CameraSampler& rng, bool see_emitters)
       : scene_(scene), settings_(settings), rng_(rng), see_emitters_(see_emitters) {}
 
-  Rgb run(const Ray& ray) {
+  RadianceSample run(const Ray& ray) {
     ray_ = ray;
     for (depth_ = 0; depth_ < settings_.max_depth; ++depth_) {
       if (!step()) break;
     }
-    return radiance_;
+    return {radiance_ + gathered_.widest, gathered_.bands};
   }
 
  private:
@@ -51,7 +52,8 @@ class RadianceWalk {
     const LobeMask gathered = settings_.technique == Technique::trace ? kNoLobe : gathered_lobes(bsdf);
     const LobeMask followed = bsdf.lobes() & ~gathered;
     add_direct(surface, bsdf, gathered, followed);
-    if (gathered != kNoLobe) radiance_ += throughput_ * indirect(surface, bsdf, gathered);
+    distance_ += hit.t;
+    if (gathered != kNoLobe) add_indirect(surface, bsdf, gathered);
     return followed != kNoLobe && follow(surface, bsdf, followed);
   }
 
@@ -100,22 +102,54 @@ class RadianceWalk {
     radiance_ += throughput_ * contribution;
   }
 
-  Rgb indirect(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
+  void add_indirect(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
     const PhotonMaps& maps = *settings_.maps;
-    if (settings_.technique == Technique::final_gather) {
-      return estimate(maps.caustic, surface, bsdf, mask) + gather(surface, bsdf, mask);
+    switch (settings_.technique) {
+      case Technique::trace:
+        break;
+      case Technique::density:
+        add_density(surface, bsdf, mask);
+        break;
+      case Technique::nearest:
+        radiance_ += throughput_ * (estimate(maps.global, surface, bsdf, mask) +
+                                    estimate(maps.caustic, surface, bsdf, mask));
+        break;
+      case Technique::final_gather:
+        radiance_ += throughput_ * (estimate(maps.caustic, surface, bsdf, mask) + gather(surface, bsdf, mask));
+        break;
     }
-    return estimate(maps.global, surface, bsdf, mask) + estimate(maps.caustic, surface, bsdf, mask);
+  }
+
+  void add_density(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
+    static const GatherGuide kNoGuide;
+    const GatherGuide& guide = settings_.guide != nullptr ? *settings_.guide : kNoGuide;
+    const Rgb scale = throughput_ / static_cast<float>(settings_.maps->emitted);
+    const auto add = [&](const PhotonMap& map, const Bandwidth& bandwidth) {
+      if (map.size() == 0) return;
+      const float radius_sq = settings_.radius_sq > 0 ? settings_.radius_sq : widest_radius_sq(surface, bandwidth);
+      if (!(radius_sq > 0)) return;
+      const Reach reach(guide.edges, surface.position, surface.ng, std::sqrt(radius_sq));
+      estimate_scales(map, surface, bsdf, mask, reach, radius_sq, scale, gathered_);
+    };
+    add(settings_.maps->global, guide.global);
+    add(settings_.maps->caustic, guide.caustic);
+  }
+
+  // Enough photons for little noise within a pass, but no wider than the narrowest scale resolves pixels.
+  float widest_radius_sq(const SurfacePoint& surface, const Bandwidth& bandwidth) const {
+    static constexpr float kPhotons = 150;
+    static constexpr float kFootprints = 24;
+    const float widest = kFootprints * (settings_.pixel_width + settings_.pixel_spread * distance_);
+    const float dense = bandwidth.radius_sq(surface.position, kPhotons);
+    return settings_.shrink * (dense > 0 ? std::min(dense, widest * widest) : widest * widest);
   }
 
   Rgb estimate(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) const {
     if (map.size() == 0) return Rgb(0);
-    float radius_sq = settings_.radius_sq;
-    if (settings_.technique != Technique::density) {
-      radius_sq = nearest_radius_sq(map, surface.position, settings_.nearest, radius_sq);
-    }
+    const float radius_sq = nearest_radius_sq(map, surface.position, settings_.nearest, settings_.radius_sq);
     if (!(radius_sq > 0)) return Rgb(0);
-    return estimate_radiance(map, surface, bsdf, mask, radius_sq).radiance / static_cast<float>(settings_.maps->emitted);
+    return estimate_radiance(map, surface, bsdf, mask, radius_sq).radiance /
+           static_cast<float>(settings_.maps->emitted);
   }
 
   Rgb gather(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
@@ -126,7 +160,7 @@ class RadianceWalk {
     RadianceSettings settings = settings_;
     settings.technique = Technique::nearest;
     RadianceWalk walk(scene_, settings, rng_, false);
-    return sample->weight * walk.run(spawn_ray(surface, sample->wi));
+    return sample->weight * walk.run(spawn_ray(surface, sample->wi)).radiance;
   }
 
   bool follow(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask lobes) {
@@ -158,10 +192,12 @@ class RadianceWalk {
 
   const PreparedScene& scene_;
   const RadianceSettings& settings_;
-  Rng& rng_;
+  CameraSampler& rng_;
   bool see_emitters_;
   Ray ray_;
   Rgb radiance_{0};
+  ScaleEstimate gathered_;
+  float distance_ = 0;           // travelled since the camera
   Rgb throughput_{1};
   Medium medium_;
   float compression_ = 1;
@@ -173,8 +209,9 @@ class RadianceWalk {
 
 }  // namespace
 
-Rgb estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, const Ray& ray, Rng& rng) {
-  return RadianceWalk(scene, settings, rng, true).run(ray);
+RadianceSample estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, const Ray& ray,
+                                 CameraSampler& sampler) {
+  return RadianceWalk(scene, settings, sampler, true).run(ray);
 }
 
 }  // namespace photond

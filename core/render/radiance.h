@@ -2,15 +2,17 @@
 
 #include <cstdint>
 
-#include "core/math/rng.h"
+#include "core/math/scales.h"
+#include "core/photon/guide.h"
 #include "core/photon/photon_maps.h"
+#include "core/render/camera_sampler.h"
 
 namespace photond {
 
 /// How indirect light is found at the lobes where photons can be gathered.
 enum class Technique : std::uint8_t {
   trace,          ///< all lobes are followed: a path tracer
-  density,        ///< photon density estimate in a fixed radius
+  density,        ///< photon density estimates at several radii that do not depend on the photons
   nearest,        ///< photon density estimate from the k nearest
   final_gather,   ///< caustics by `nearest`, the rest by rays whose ends are estimated by `nearest`
 };
@@ -19,13 +21,24 @@ enum class Technique : std::uint8_t {
 struct RadianceSettings {
   Technique technique = Technique::trace;
   const PhotonMaps* maps = nullptr;      ///< null for Technique::trace
-  float radius_sq = 0;                   ///< fixed (density) or largest (nearest, final_gather)
+  const GatherGuide* guide = nullptr;    ///< density: chooses radii and cuts kernels at edges; null: neither
+  float radius_sq = 0;                   ///< density: widest, 0 for the guide's; nearest, final_gather: largest
+  float shrink = 1;                      ///< density: factor of the guide's radius², falling with the passes
+  float pixel_width = 0;                 ///< density: a pixel's footprint in metres is pixel_width
+  float pixel_spread = 0;                ///<   + pixel_spread · the path's length
   std::uint32_t nearest = 64;            ///< k
   std::uint32_t max_depth = 65'536;      ///< vertices of a path
 };
 
-/// An estimate of the radiance (W·m⁻²·sr⁻¹) arriving along −ray.direction at ray.origin. Unbiased for
-/// Technique::trace; otherwise with the bias of the density estimate, which vanishes with the radius (density).
-Rgb estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, const Ray& ray, Rng& rng);
+/// An estimate of radiance in W·m⁻²·sr⁻¹.
+struct RadianceSample {
+  Rgb radiance{0};   ///< with the widest radius where photons take part
+  Bands bands;       ///< density: what the narrower radii add to `radiance`
+};
+
+/// The radiance arriving along −ray.direction at ray.origin. Unbiased for Technique::trace; otherwise with the bias
+/// of the density estimate, which vanishes with the radius (density).
+RadianceSample estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, const Ray& ray,
+                                 CameraSampler& sampler);
 
 }  // namespace photond

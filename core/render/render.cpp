@@ -4,18 +4,24 @@
 #include <cstdio>
 
 #include "core/photon/radius.h"
-#include "core/render/pilot.h"
 #include "core/render/radiance.h"
 
 namespace photond {
 
 namespace {
 
-std::string radius_reason(const RenderSettings& settings, float radius) {
+PlanItem radius_item(const RenderSettings& settings) {
   char text[96];
-  std::snprintf(text, sizeof text, "first radius %.4g m, %s; shrinks with every pass", static_cast<double>(radius),
-                settings.radius > 0 ? "as asked" : "from a pilot map and the pixels' footprints");
-  return text;
+  std::snprintf(text, sizeof text, "widest radius %.4g m in the first pass, as asked",
+                static_cast<double>(settings.radius));
+  return {"radius", true,
+          settings.radius > 0 ? text : "chosen for each gather from a pilot map's density and the pixel's footprint"};
+}
+
+PlanItem edges_item(const GatherGuide& guide) {
+  const std::string count = std::to_string(guide.edges.size());
+  return {"edges", guide.edges.size() > 0,
+          guide.edges.size() > 0 ? "kernels end at " + count + " open or sharp edges" : "no surface ends or bends sharply"};
 }
 
 RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, const PhotonMaps* maps) {
@@ -25,8 +31,11 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
   settings.max_depth = task.settings.max_depth;
   if (task.plan.method == Method::progressive) {
     settings.technique = Technique::density;
-    const double radius_sq = static_cast<double>(task.plan.radius) * task.plan.radius;
-    settings.radius_sq = static_cast<float>(radius_sq * radius_sq_factor(pass));
+    settings.guide = task.guide.get();
+    settings.shrink = static_cast<float>(radius_sq_factor(pass));
+    settings.radius_sq = task.settings.radius * task.settings.radius * settings.shrink;
+    (task.camera.orthographic ? settings.pixel_width : settings.pixel_spread) =
+        pixel_spread(task.camera, task.settings.height);
   } else if (task.plan.method == Method::photon_map) {
     settings.technique = Technique::final_gather;
     // The k-nearest search ends somewhere even where hardly a photon falls.
@@ -46,16 +55,15 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
   if (Status status = check_settings(photons, settings, any); !status) return status.error();
   Result<Plan> plan = make_plan(*scene, settings, execution);
   if (!plan) return plan.error();
-  if (plan->method == Method::progressive) {
-    plan->radius = settings.radius;
-    if (settings.radius == 0) {
-      const Result<float> radius = pilot_radius(*scene, camera, photons, settings, execution);
-      if (!radius) return radius.error();
-      plan->radius = *radius;
-    }
-    plan->items.push_back({"radius", true, radius_reason(settings, plan->radius)});
+  RenderTask task{std::move(scene), camera, photons, settings, std::move(plan).value(), nullptr};
+  if (task.plan.method == Method::progressive) {
+    auto guide = make_gather_guide(*task.scene, photons, execution);
+    if (!guide) return guide.error();
+    task.guide = std::move(guide).value();
+    task.plan.items.push_back(radius_item(settings));
+    task.plan.items.push_back(edges_item(*task.guide));
   }
-  return RenderTask{std::move(scene), camera, photons, settings, std::move(plan).value()};
+  return task;
 }
 
 Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const MapSource& maps,
@@ -71,14 +79,18 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
   const int width = task.settings.width;
   const int height = task.settings.height;
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
-  PassImage image{.radiance = Image(width, height), .bias = {}};
+  PassImage image{.radiance = Image(width, height), .bands = {}};
+  if (settings.technique == Technique::density) image.bands.resize(image.radiance.pixels.size());
   parallel_for(execution, image.radiance.pixels.size(), 256, [&](std::size_t i) {
-    Rng rng(task.settings.seed, RngPurpose::camera, pass, i);
-    const Vec2 jitter = rng.next2();
+    CameraSampler sampler(task.settings.seed, pass, i);
+    const Vec2 jitter = sampler.next2();
     const auto x = static_cast<float>(i % static_cast<std::size_t>(width));
     const auto y = static_cast<float>(i / static_cast<std::size_t>(width));
     const Vec2 film{(x + jitter.x) / static_cast<float>(width), (y + jitter.y) / static_cast<float>(height)};
-    image.radiance.pixels[i] = estimate_incoming(*task.scene, settings, camera_ray(task.camera, film, aspect), rng);
+    const RadianceSample sample =
+        estimate_incoming(*task.scene, settings, camera_ray(task.camera, film, aspect), sampler);
+    image.radiance.pixels[i] = sample.radiance;
+    if (!image.bands.empty()) image.bands[i] = sample.bands;
   });
   if (execution.cancelled()) return cancelled();
   return image;

@@ -8,6 +8,7 @@
 #include "core/base/parallel.h"
 #include "core/base/result.h"
 #include "core/film/image.h"
+#include "core/photon/guide.h"
 #include "core/photon/photon_maps.h"
 #include "core/render/plan.h"
 #include "core/render/settings.h"
@@ -23,6 +24,7 @@ struct RenderTask {
   PhotonSettings photons;
   RenderSettings settings;
   Plan plan;                 ///< of make_plan(*scene, settings)
+  std::shared_ptr<const GatherGuide> guide;   ///< null where no radius is to be chosen
 };
 
 /// Checks the settings and makes the plan. Traces a small pilot where the plan needs one (radius), so it may

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/film/film.h"
+#include "core/film/reconstruct.h"
 #include "core/render/render.h"
 #include "server/cli/progress.h"
 

@@ -79,7 +79,7 @@ void print_warnings(const Scene& scene) {
 int write_results(const RenderCommand& command, const RenderTask& task, const Rendering& rendering,
                   StageSeconds& seconds) {
   const Stopwatch watch;
-  const Image picture = film_mean(rendering.film);
+  const Image picture = film_picture(rendering.film);
   for (const std::string& output : command.outputs) {
     if (const auto written = write_picture(output, picture); !written)
       return print_failure(output, written.error());

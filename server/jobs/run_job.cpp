@@ -105,7 +105,7 @@ Status RunJob::finish() {
 
 Status RunJob::publish(bool result) {
   ++revision_;
-  job_->frames.publish(revision_, film_mean(film_), result);
+  job_->frames.publish(revision_, film_picture(film_), result);
   told_ = wall_seconds();
   return job_->note(EventKind::frame, [&](JobRecord& record) {
     put_numbers(record);

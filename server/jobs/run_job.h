@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "core/film/film.h"
+#include "core/film/reconstruct.h"
 #include "core/render/render.h"
 #include "server/jobs/job.h"
 #include "server/jobs/map_cache.h"

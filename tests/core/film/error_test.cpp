@@ -1,5 +1,7 @@
 #include "core/film/error.h"
 
+#include "core/film/reconstruct.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +40,7 @@ Film film_of(int side, std::uint32_t passes, const PixelValue& radiance, const P
 
 /// Share of pixels and channels whose bound contains the distance of the mean from `truth`.
 double coverage(const Film& film, float truth) {
-  const Image mean = film_mean(film);
+  const Image mean = film_picture(film);
   const Image bound = error_layers(film).bound;
   double covered = 0;
   for (std::size_t i = 0; i < mean.pixels.size(); ++i) {
@@ -161,7 +163,7 @@ TEST(ErrorEstimate, ANoisyEstimateOfNoBiasIsNoBias) {
 TEST(ErrorEstimate, FlagsPixelsThatHangOnOnePass) {
   const auto firefly = [](Rng& rng, std::uint32_t pass) { return pass == 3 && rng.next() < 0.3f ? 1000.0f : 1.0f; };
   const Film film = film_of(20, 16, firefly);
-  const Image mean = film_mean(film);
+  const Image mean = film_picture(film);
   const std::vector<bool> flags = dominated_pixels(film);
   std::uint64_t count = 0;
   for (std::size_t i = 0; i < flags.size(); ++i) {

@@ -35,8 +35,8 @@ Sample measure(const PreparedScene& scene, Technique technique, const Ray& ray, 
     settings.radius_sq = radius * radius;
     double sum = 0;
     for (std::uint32_t i = 0; i < samples; ++i) {
-      Rng rng(1, RngPurpose::camera, pass, i);
-      sum += estimate_incoming(scene, settings, ray, rng).x;
+      CameraSampler sampler(pass, 0, i);
+      sum += estimate_incoming(scene, settings, ray, sampler).radiance.x;
     }
     means.add(sum / samples);
   }

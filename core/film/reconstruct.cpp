@@ -1,0 +1,107 @@
+// Lee 1980: local statistics for noise filtering. Wiener 1949.
+#include "core/film/reconstruct.h"
+
+#include <algorithm>
+
+namespace photond {
+
+namespace {
+
+// Energies are estimated from few independent values: without this factor much noise would pass for signal. Errors of
+// the seven test scenes change by less than a tenth between 1.5 and 3.
+constexpr double kNoiseFactor = 2;
+// Half the window of each band, in pixels: a little less than the radii of its kernels at the widest.
+constexpr int kHalfWindow[kBands] = {5, 3, 2, 2};
+// The variances of overlapping kernels: Var[L_{j+1}] − Var[L_j] is by a third larger than Var[L_{j+1} − L_j] for
+// Epanechnikov kernels whose radii are one to two.
+constexpr double kOverlap = 4.0 / 3;
+// B r² − B (r/2)² = 3 B (r/2)²: the finest estimate is off by a third of what the last halving changed.
+constexpr double kLastBias = 1.0 / 3;
+
+struct BandStatistics {
+  double energy = 0;
+  double variance = 0;
+};
+
+// Mean over the window of what lies inside the picture, along rows or columns of `step` and `length`.
+void smooth_lines(std::vector<BandStatistics>& values, int lines, int line_step, int length, int step, int half) {
+  std::vector<BandStatistics> prefix(static_cast<std::size_t>(length) + 1);
+  for (int line = 0; line < lines; ++line) {
+    BandStatistics* first = values.data() + static_cast<std::size_t>(line) * line_step;
+    for (int k = 0; k < length; ++k) {
+      const BandStatistics& v = first[static_cast<std::size_t>(k) * step];
+      prefix[k + 1] = {prefix[k].energy + v.energy, prefix[k].variance + v.variance};
+    }
+    for (int k = 0; k < length; ++k) {
+      const int begin = std::max(0, k - half), end = std::min(length, k + half + 1);
+      const double scale = 1.0 / (end - begin);
+      first[static_cast<std::size_t>(k) * step] = {(prefix[end].energy - prefix[begin].energy) * scale,
+                                                   (prefix[end].variance - prefix[begin].variance) * scale};
+    }
+  }
+}
+
+glm::dvec3 band_mean(const Film::BandSums& sums, int band, double passes) {
+  const auto& value = sums.value[band];
+  return glm::dvec3(value[0].value(), value[1].value(), value[2].value()) / passes;
+}
+
+std::vector<BandStatistics> local_statistics(const Film& film, int band, double passes) {
+  std::vector<BandStatistics> local(film.bands.size());
+  for (std::size_t i = 0; i < local.size(); ++i) {
+    const glm::dvec3 mean = band_mean(film.bands[i], band, passes);
+    local[i] = {glm::dot(mean, mean), film.bands[i].variance[band].value() / (passes * passes)};
+  }
+  smooth_lines(local, film.height, film.width, film.width, 1, kHalfWindow[band]);
+  smooth_lines(local, film.width, 1, film.height, film.width, kHalfWindow[band]);
+  return local;
+}
+
+// A scalar over RGB, dealt to the channels like the squares of the picture: photons have its colour.
+glm::dvec3 by_channel(double value, const glm::dvec3& mean) {
+  const double sum = glm::dot(mean, mean);
+  return sum > 0 ? mean * mean * (value / sum) : glm::dvec3(value / 3);
+}
+
+}  // namespace
+
+Reconstruction reconstruct(const Film& film) {
+  const std::size_t pixels = film.complete.size();
+  Reconstruction picture;
+  picture.mean.resize(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) picture.mean[i] = pass_mean(film, i);
+  picture.variance.assign(pixels, glm::dvec3(0));
+  picture.bias_sq.assign(pixels, glm::dvec3(0));
+  if (film.bands.empty()) return picture;
+
+  const double passes = film.pass_count();
+  std::vector<double> share(pixels, 1), variance(pixels, 0), bias_sq(pixels, 0);
+  for (int band = 0; band < kBands; ++band) {
+    const std::vector<BandStatistics> local = local_statistics(film, band, passes);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const BandStatistics& s = local[i];
+      const double wanted = s.energy > 0 ? std::max(0.0, 1 - kNoiseFactor * s.variance / s.energy) : 0;
+      share[i] = std::min(share[i], wanted);
+      const double signal = s.energy - s.variance;   // right on average, so not to be clamped yet
+      const double left = 1 - share[i];
+      picture.mean[i] += share[i] * band_mean(film.bands[i], band, passes);
+      variance[i] += share[i] * share[i] * kOverlap * s.variance;
+      bias_sq[i] += left * left * signal;
+      if (band == kBands - 1) bias_sq[i] += kLastBias * kLastBias * signal;
+    }
+  }
+  for (std::size_t i = 0; i < pixels; ++i) {
+    picture.variance[i] = by_channel(variance[i], picture.mean[i]);
+    picture.bias_sq[i] = by_channel(bias_sq[i], picture.mean[i]);
+  }
+  return picture;
+}
+
+Image film_picture(const Film& film) {
+  Image image(film.width, film.height);
+  const Reconstruction picture = reconstruct(film);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = Rgb(picture.mean[i]);
+  return image;
+}
+
+}  // namespace photond

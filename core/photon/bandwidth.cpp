@@ -1,0 +1,42 @@
+#include "core/photon/bandwidth.h"
+
+#include "core/photon/estimate.h"
+
+namespace photond {
+
+namespace {
+
+constexpr std::uint32_t kNeighbours = 16;
+
+}  // namespace
+
+Bandwidth::Bandwidth(std::shared_ptr<const PhotonMaps> pilot, const PhotonMap* map, float growth,
+                     const Execution& execution)
+    : pilot_(std::move(pilot)), map_(map) {
+  if (map_->size() < kNeighbours) return;
+  density_.resize(map_->size());
+  parallel_for(execution, density_.size(), 256, [&](std::size_t i) {
+    const float r_sq =
+        nearest_radius_sq(*map_, map_->position(static_cast<std::uint32_t>(i)), kNeighbours, kInfinity);
+    density_[i] = growth * static_cast<float>(kNeighbours - 1) / (kPi * std::max(r_sq, 1e-30f));
+  });
+}
+
+float Bandwidth::radius_sq(const Vec3& point, float photons) const {
+  if (density_.empty()) return 0;
+  // The nearest photon of three leaves along the curve: a neighbour, if not always the nearest of all.
+  const std::uint32_t middle = map_->near_leaf(point);
+  std::uint32_t nearest = 0;
+  float found = kInfinity;
+  for (std::uint32_t leaf = middle - std::min(middle, 1u); leaf < std::min(middle + 2, map_->leaf_count()); ++leaf) {
+    const PhotonLeaf::Lanes<float> d = map_->leaf(leaf).distances_sq(point);
+    for (std::uint32_t i = 0; i < PhotonLeaf::kSize; ++i) {
+      if (d[i] >= found) continue;
+      found = d[i];
+      nearest = leaf * PhotonLeaf::kSize + i;
+    }
+  }
+  return photons / (kPi * density_[nearest]);
+}
+
+}  // namespace photond

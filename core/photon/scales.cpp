@@ -1,0 +1,162 @@
+// Jensen 1996: radiance estimate. Hachisuka, Jarosz and Jensen 2010: bias from two radii, variance within a pass.
+#include "core/photon/scales.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace photond {
+
+namespace {
+
+// Photons of surfaces turned by more than 60° are another surface's.
+constexpr float kMinNormalCos = 0.5f;
+// Bound of |wi·ns|/|wi·ng|, which grows without limit at grazing incidence on interpolated normals.
+constexpr float kMaxNormalFactor = 8.0f;
+
+constexpr std::uint32_t kLanes = PhotonLeaf::kSize;
+template <class T>
+using Lanes = PhotonLeaf::Lanes<T>;
+
+// 4^k: what relative squared distances of the scale k are larger by than those of the widest.
+constexpr float area_factor(int scale) { return static_cast<float>(1 << (2 * scale)); }
+
+float total(const Lanes<float>& v) { return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7])); }
+
+// The kernels of one gather: K_k(d) = height[k]·(1 − 4^k d²/r²) where that is positive.
+struct Kernels {
+  Vec3 center;
+  Vec3 normal;
+  float radius_sq;
+  std::array<float, kScales> height;
+  const Reach* reach;
+
+  Kernels(const SurfacePoint& surface, const Reach& reach_, float radius_sq_)
+      : center(surface.position), normal(surface.ng), radius_sq(radius_sq_), reach(&reach_) {
+    for (int k = 0; k < kScales; ++k) {
+      const float r_sq = radius_sq / area_factor(k);
+      height[k] = 2 * kInvPi / (r_sq * reach->coverage(r_sq));
+    }
+  }
+
+  // d²/r² of the photons that count, 1 of all others.
+  Lanes<float> relative_distances_sq(const PhotonLeaf& leaf) const {
+    const Lanes<float> d = leaf.distances_sq(center);
+    const float inverse = 1 / radius_sq;
+    Lanes<float> t;
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      const float turned = glm::dot(decode_normal(leaf.normal[i]), normal);
+      t[i] = (d[i] < radius_sq) & (turned >= kMinNormalCos) ? d[i] * inverse : 1;
+    }
+    if (!reach->whole()) drop_beyond_reach(leaf, t);
+    return t;
+  }
+
+  void drop_beyond_reach(const PhotonLeaf& leaf, Lanes<float>& t) const {
+    Lanes<float> limit_sq, across_sq;
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      const Vec3 offset(leaf.x[i] - center.x, leaf.y[i] - center.y, leaf.z[i] - center.z);
+      limit_sq[i] = reach->limit_sq(offset, across_sq[i]);
+    }
+    for (std::uint32_t i = 0; i < kLanes; ++i) t[i] = across_sq[i] < limit_sq[i] ? t[i] : 1;
+  }
+};
+
+// Sums over photons of weight times value at each scale, and of the squares of the weights' differences.
+struct Sums {
+  std::array<std::array<Lanes<float>, 3>, kScales> level{};
+  std::array<Lanes<float>, kBands> square{};
+
+  // `value`: flux times BSDF of the leaf's photons, channel by channel.
+  void add(const Kernels& kernels, const Lanes<float>& t, const std::array<Lanes<float>, 3>& value) {
+    Lanes<float> value_sq;
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      value_sq[i] = value[0][i] * value[0][i] + value[1][i] * value[1][i] + value[2][i] * value[2][i];
+    }
+    const float nearest = *std::min_element(t.begin(), t.end());
+    Lanes<float> wider{};
+    for (int k = 0; k < kScales; ++k) {
+      const bool reached = nearest * area_factor(k) < 1;
+      Lanes<float> weight{};
+      if (reached) {
+        for (std::uint32_t i = 0; i < kLanes; ++i) {
+          const float inside = 1 - t[i] * area_factor(k);
+          weight[i] = (inside > 0 ? inside : 0) * kernels.height[k];
+        }
+        for (int c = 0; c < 3; ++c) {
+          for (std::uint32_t i = 0; i < kLanes; ++i) level[k][c][i] += weight[i] * value[c][i];
+        }
+      }
+      if (k > 0) {
+        for (std::uint32_t i = 0; i < kLanes; ++i) {
+          const float step = weight[i] - wider[i];
+          square[k - 1][i] += step * step * value_sq[i];
+        }
+      }
+      if (!reached) break;
+      wider = weight;
+    }
+  }
+
+  void add_to(ScaleEstimate& sum, const Rgb& scale) const {
+    // Of the variance, which is summed over the channels, the mean square of the factors.
+    const float scale_sq = glm::dot(scale, scale) / 3;
+    Rgb wider(0);
+    for (int k = 0; k < kScales; ++k) {
+      const Rgb estimate = scale * Rgb(total(level[k][0]), total(level[k][1]), total(level[k][2]));
+      if (k == 0) {
+        sum.widest += estimate;
+      } else {
+        sum.bands.value[k - 1] += estimate - wider;
+        sum.bands.variance[k - 1] += scale_sq * total(square[k - 1]);
+      }
+      wider = estimate;
+    }
+  }
+};
+
+std::array<Lanes<float>, 3> fluxes(const PhotonLeaf& leaf) {
+  std::array<Lanes<float>, 3> flux;
+  for (int c = 0; c < 3; ++c) {
+    for (std::uint32_t i = 0; i < kLanes; ++i) flux[c][i] = decode_flux(leaf.flux[c][i]);
+  }
+  return flux;
+}
+
+template <class Visit>
+void for_leaves(const PhotonMap& map, const Kernels& kernels, const Visit& visit) {
+  map.tree().query(kernels.center, kernels.radius_sq, [&](std::span<const std::uint32_t> leaves) {
+    for (const std::uint32_t leaf : leaves) visit(map.leaf(leaf), kernels.relative_distances_sq(map.leaf(leaf)));
+  });
+}
+
+}  // namespace
+
+void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask,
+                     const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum) {
+  const Kernels kernels(surface, reach, radius_sq);
+  Sums sums;
+  if (bsdf.lobes() == kDiffuseLobe && !surface.smooth) {
+    // A bare Lambert base is the same for all directions: it waits until the end.
+    for_leaves(map, kernels,
+               [&](const PhotonLeaf& leaf, const Lanes<float>& t) { sums.add(kernels, t, fluxes(leaf)); });
+    sums.add_to(sum, scale * bsdf.eval(surface.ns, mask, Transport::radiance));
+    return;
+  }
+  for_leaves(map, kernels, [&](const PhotonLeaf& leaf, const Lanes<float>& t) {
+    std::array<Lanes<float>, 3> value{};
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      if (!(t[i] < 1)) continue;
+      const Vec3 wi = decode_direction(leaf.direction[i]);
+      if (!(glm::dot(wi, surface.ng) > 0)) continue;   // a neighbouring facet's, from behind this one
+      const Rgb f = bsdf.eval(wi, mask, Transport::radiance);
+      // Flux arrives per area of the true surface, the BSDF expects it per area of the shaded one [Veach 1997, §5.3].
+      const float cosines = std::abs(glm::dot(wi, surface.ns)) / glm::dot(wi, surface.ng);
+      const float factor = surface.smooth ? std::min(cosines, kMaxNormalFactor) : 1;
+      for (int c = 0; c < 3; ++c) value[c][i] = factor * f[c] * decode_flux(leaf.flux[c][i]);
+    }
+    sums.add(kernels, t, value);
+  });
+  sums.add_to(sum, scale);
+}
+
+}  // namespace photond
