@@ -1,40 +1,15 @@
 // What tracing photons costs beside intersecting their rays, and what a map costs to index and to query.
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <functional>
-#include <iterator>
 
 #include "core/photon/estimate.h"
 #include "core/photon/shoot.h"
-#include "core/scene/gltf.h"
+#include "tests/bench/bench.h"
 
-namespace photond {
+namespace photond::bench {
 namespace {
 
 constexpr std::uint64_t kBlock = 2048;
-
-double seconds(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
-Result<std::shared_ptr<const PreparedScene>> load(const std::filesystem::path& path, const Execution& execution) {
-  std::ifstream file(path, std::ios::binary);
-  const std::vector<char> chars{std::istreambuf_iterator<char>(file), {}};
-  auto scene = read_gltf(std::as_bytes(std::span(chars)), no_resources());
-  if (!scene) return scene.error();
-  return prepare(std::move(scene).value(), execution);
-}
 
 struct Row {
   std::vector<double> shoot, bare, ratio, index, query;
@@ -109,20 +84,12 @@ Row measure(const PreparedScene& scene, std::uint32_t photons, int rounds, const
   return row;
 }
 
-std::vector<std::filesystem::path> samples() {
-  std::vector<std::filesystem::path> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(PHOTOND_SAMPLES_DIR)) {
-    if (entry.path().extension() == ".glb") paths.push_back(entry.path());
-  }
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
-
 }  // namespace
-}  // namespace photond
+}  // namespace photond::bench
 
 int main(int argc, char** argv) {
   using namespace photond;
+  using namespace photond::bench;
   CLI::App app{"Photon tracing against bare rtcIntersect1 on the rays of the same run (medians of interleaved rounds)"};
   std::vector<std::string> scenes;
   std::uint32_t photons = 262'144;
