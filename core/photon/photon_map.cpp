@@ -24,6 +24,9 @@ Bounds3 bounds_of(const PhotonLeaf& leaf, std::uint32_t count) {
   return bounds;
 }
 
+// Leaves between asking for photons and reading them.
+constexpr std::size_t kAhead = 3;
+
 // Pieces of a size that is worth a task.
 std::vector<std::span<const Photon>> pieces(std::span<const Photon> photons) {
   constexpr std::size_t kPiece = 8192;
@@ -51,6 +54,12 @@ PhotonMap::PhotonMap(PhotonSpans blocks, const Execution& execution) {
   parallel_for(execution, leaf_count(), 512, [&](std::size_t i) {
     PhotonLeaf& leaf = leaves_[i];
     const std::uint32_t count = used(static_cast<std::uint32_t>(i));
+    // The photons lie where their paths left them: ask for those of a later leaf.
+    const std::size_t ahead = std::min<std::size_t>((i + kAhead) * PhotonLeaf::kSize, size_ - count);
+    for (std::uint32_t lane = 0; lane < count; ++lane) {
+      const PhotonPlace& place = order[ahead + lane];
+      __builtin_prefetch(&blocks[place.block][place.offset]);
+    }
     for (std::uint32_t lane = 0; lane < count; ++lane) {
       const PhotonPlace& place = order[i * PhotonLeaf::kSize + lane];
       set(leaf, lane, blocks[place.block][place.offset], first[place.block] + place.offset);
