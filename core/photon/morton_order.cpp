@@ -116,7 +116,7 @@ Bounds3 bounds_of(PhotonSpans blocks, const Execution& execution) {
   return bounds;
 }
 
-std::unique_ptr<PhotonPlace[]> morton_order(PhotonSpans blocks, const MortonGrid& grid, const Execution& execution) {
+LargeArray<PhotonPlace> morton_order(PhotonSpans blocks, const MortonGrid& grid, const Execution& execution) {
   std::vector<std::uint32_t> first(blocks.size());
   std::uint32_t n = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
@@ -124,8 +124,8 @@ std::unique_ptr<PhotonPlace[]> morton_order(PhotonSpans blocks, const MortonGrid
     n += static_cast<std::uint32_t>(blocks[b].size());
   }
   // Left uninitialized: the first to touch their pages are the threads that fill them.
-  auto places = std::make_unique_for_overwrite<PhotonPlace[]>(n);
-  const auto scratch = std::make_unique_for_overwrite<PhotonPlace[]>(n);
+  auto places = make_large_array<PhotonPlace>(n);
+  const auto scratch = make_large_array<PhotonPlace>(n);
   parallel_for(execution, blocks.size(), 1, [&](std::size_t b) {
     for (std::uint32_t i = 0; i < blocks[b].size(); ++i) {
       places[first[b] + i] = {grid.code(blocks[b][i].position), static_cast<std::uint32_t>(b), i};

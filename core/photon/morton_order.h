@@ -1,9 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <memory>
 #include <span>
 
+#include "core/base/large_array.h"
 #include "core/base/parallel.h"
 #include "core/photon/photon.h"
 
@@ -61,7 +62,6 @@ struct PhotonPlace {
 
 /// The places of all photons (the blocks' sizes in sum) along the Morton curve; photons of one cell in the order of
 /// the blocks, so the result does not depend on the execution. Undefined once `execution` is cancelled.
-std::unique_ptr<PhotonPlace[]> morton_order(PhotonSpans blocks, const MortonGrid& grid,
-                                            const Execution& execution);
+LargeArray<PhotonPlace> morton_order(PhotonSpans blocks, const MortonGrid& grid, const Execution& execution);
 
 }  // namespace photond

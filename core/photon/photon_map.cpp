@@ -49,7 +49,7 @@ PhotonMap::PhotonMap(PhotonSpans blocks, const Execution& execution) {
   size_ = static_cast<std::uint32_t>(n);
   grid_ = MortonGrid(bounds_of(blocks, execution));
   const auto order = morton_order(blocks, grid_, execution);
-  leaves_ = std::make_unique_for_overwrite<PhotonLeaf[]>(leaf_count());
+  leaves_ = make_large_array<PhotonLeaf>(leaf_count());
   const auto used = [&](std::uint32_t leaf) { return std::min(PhotonLeaf::kSize, size_ - leaf * PhotonLeaf::kSize); };
   parallel_for(execution, leaf_count(), 512, [&](std::size_t i) {
     PhotonLeaf& leaf = leaves_[i];

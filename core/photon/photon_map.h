@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 
 #include "core/math/octahedral.h"
@@ -67,7 +66,7 @@ class PhotonMap {
 
   std::uint32_t size_ = 0;
   MortonGrid grid_;
-  std::unique_ptr<PhotonLeaf[]> leaves_;
+  LargeArray<PhotonLeaf> leaves_;
   BoxTree tree_;
 };
 
