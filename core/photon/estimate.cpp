@@ -221,7 +221,8 @@ float nearest_radius_sq(const PhotonMap& map, const Vec3& center, std::uint32_t 
   const std::uint32_t window = kWindow * k / kLanes + 4;
   const std::uint32_t near = map.near_leaf(center);
   const std::uint32_t begin = near - std::min(near, window / 2);
-  for (std::uint32_t leaf = begin; leaf < std::min(begin + window, map.leaf_count()); ++leaf) nearest.add(map.leaf(leaf));
+  const std::uint32_t end = std::min(begin + window, map.leaf_count());
+  for (std::uint32_t leaf = begin; leaf < end; ++leaf) nearest.add(map.leaf(leaf));
   nearest.start_again();
   map.tree().query(center, nearest.radius_sq(), [&](std::span<const std::uint32_t> leaves) {
     for (const std::uint32_t leaf : leaves) nearest.add(map.leaf(leaf));

@@ -90,7 +90,9 @@ void sort(const Buffers& buffers, std::uint32_t n, int shift, const Execution& e
     ends[bucket] = sum;
   }
   parallel_for(execution, tasks, 1, [&](std::size_t task) {
-    for_task(task, [&, &next = places[task]](const PhotonPlace& place) { buffers.to[next[digit(place, shift)]++] = place; });
+    for_task(task, [&, &next = places[task]](const PhotonPlace& place) {
+      buffers.to[next[digit(place, shift)]++] = place;
+    });
   });
   parallel_for(execution, kBuckets, 1, [&](std::size_t bucket) {
     const std::uint32_t begin = bucket == 0 ? 0 : ends[bucket - 1];

@@ -50,7 +50,9 @@ PhotonMap::PhotonMap(PhotonSpans blocks, const Execution& execution) {
   grid_ = MortonGrid(bounds_of(blocks, execution));
   const auto order = morton_order(blocks, grid_, execution);
   leaves_ = make_large_array<PhotonLeaf>(leaf_count());
-  const auto used = [&](std::uint32_t leaf) { return std::min(PhotonLeaf::kSize, size_ - leaf * PhotonLeaf::kSize); };
+  const auto used = [&](std::uint32_t leaf) {
+    return std::min(PhotonLeaf::kSize, size_ - leaf * PhotonLeaf::kSize);
+  };
   parallel_for(execution, leaf_count(), 512, [&](std::size_t i) {
     PhotonLeaf& leaf = leaves_[i];
     const std::uint32_t count = used(static_cast<std::uint32_t>(i));
@@ -64,7 +66,8 @@ PhotonMap::PhotonMap(PhotonSpans blocks, const Execution& execution) {
       const PhotonPlace& place = order[i * PhotonLeaf::kSize + lane];
       set(leaf, lane, blocks[place.block][place.offset], first[place.block] + place.offset);
     }
-    for (std::uint32_t lane = count; lane < PhotonLeaf::kSize; ++lane) set(leaf, lane, {.position = Vec3(kInfinity)}, 0);
+    const Photon nowhere{.position = Vec3(kInfinity)};
+    for (std::uint32_t lane = count; lane < PhotonLeaf::kSize; ++lane) set(leaf, lane, nowhere, 0);
   });
   tree_ = BoxTree(leaf_count(), [&](std::uint32_t i) { return bounds_of(leaves_[i], used(i)); }, execution);
 }

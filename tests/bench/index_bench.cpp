@@ -11,7 +11,8 @@
 namespace photond::bench {
 namespace {
 
-// The core's index behind the others' interface.
+// The core's index behind the others' interface. Its building includes what the others leave out: normals, directions
+// and packed fluxes in the index's order.
 class MapIndex {
  public:
   MapIndex(std::span<const Photon> photons, const Execution& execution) : map_(photons, execution) {}
@@ -60,9 +61,11 @@ std::vector<Vec3> visible_points(const PreparedScene& scene, std::uint32_t side)
   return points;
 }
 
-std::vector<Workload> workloads(std::span<const Photon> photons, std::span<const Vec3> points, const Execution& execution) {
+std::vector<Workload> workloads(std::span<const Photon> photons, std::span<const Vec3> points,
+                                const Execution& execution) {
   const PhotonMap map(photons, execution);
-  std::vector<Workload> result{{"10 nearest", {}, 10}, {"50 nearest", {}, 50}, {"r of 10"}, {"r of 30"}, {"r of 100"}, {"r varies"}};
+  std::vector<Workload> result{{"10 nearest", {}, 10}, {"50 nearest", {}, 50}, {"r of 10"},
+                               {"r of 30"},            {"r of 100"},           {"r varies"}};
   const auto radii = [&](std::uint32_t k) {
     std::vector<double> r;
     for (const Vec3& p : points) r.push_back(nearest_radius_sq(map, p, k, kInfinity));

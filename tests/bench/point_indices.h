@@ -68,7 +68,8 @@ class NearestHeap {
 /// Balanced, medians of the longest side, leaves of at most sixteen [Bentley 1975].
 class KdTree {
  public:
-  KdTree(std::span<const Photon> photons, const Execution& execution) : size_(static_cast<std::uint32_t>(photons.size())) {
+  KdTree(std::span<const Photon> photons, const Execution& execution)
+      : size_(static_cast<std::uint32_t>(photons.size())) {
     while ((size_ >> depth_) >= kLeaf) ++depth_;
     split_.resize((std::size_t{1} << depth_) - 1);
     axis_.resize(split_.size());
@@ -82,7 +83,9 @@ class KdTree {
   std::uint64_t memory_bytes() const { return split_.size() * 5 + 12ull * size_; }
 
   /// visit(eight squared distances, radius_sq) of all points that may be within; nearer subtrees first.
-  void query(const Vec3& center, float radius_sq, const auto& visit) const { descend(0, 0, size_, 0, center, radius_sq, visit); }
+  void query(const Vec3& center, float radius_sq, const auto& visit) const {
+    descend(0, 0, size_, 0, center, radius_sq, visit);
+  }
   float nearest_radius_sq(const Vec3& center, std::uint32_t k) const {
     NearestHeap heap(k);
     query(center, kInfinity, [&](const auto& d, float& radius_sq) { heap.add(d, radius_sq); });
@@ -161,7 +164,8 @@ class SortedGrid {
     for (int z = low.z; z <= high.z; ++z) {
       for (int y = low.y; y <= high.y; ++y) {
         const std::size_t row = (static_cast<std::size_t>(z) * dims_.y + y) * dims_.x;
-        points_.distances(start_[row + low.x], start_[row + high.x + 1], center, [&](const auto& d) { visit(d, radius_sq); });
+        points_.distances(start_[row + low.x], start_[row + high.x + 1], center,
+                          [&](const auto& d) { visit(d, radius_sq); });
       }
     }
   }
@@ -195,7 +199,9 @@ class ImplicitOctree {
  public:
   ImplicitOctree(std::span<const Photon> photons, const Execution& execution) {
     std::vector<std::span<const Photon>> blocks;
-    for (std::size_t i = 0; i < photons.size(); i += 8192) blocks.push_back(photons.subspan(i, std::min<std::size_t>(8192, photons.size() - i)));
+    for (std::size_t i = 0; i < photons.size(); i += 8192) {
+      blocks.push_back(photons.subspan(i, std::min<std::size_t>(8192, photons.size() - i)));
+    }
     bounds_ = bounds_of(blocks, execution);
     const auto order = morton_order(blocks, MortonGrid(bounds_), execution);
     codes_.resize(photons.size());
@@ -209,7 +215,8 @@ class ImplicitOctree {
 
   void query(const Vec3& center, float radius_sq, const auto& visit) const {
     const float side = max_component(bounds_.extent());
-    descend(0, static_cast<std::uint32_t>(codes_.size()), bounds_.min, side, 3 * (MortonGrid::kAxisBits - 1), center, radius_sq, visit);
+    const auto end = static_cast<std::uint32_t>(codes_.size());
+    descend(0, end, bounds_.min, side, 3 * (MortonGrid::kAxisBits - 1), center, radius_sq, visit);
   }
   float nearest_radius_sq(const Vec3& center, std::uint32_t k) const {
     NearestHeap heap(k);
@@ -221,8 +228,8 @@ class ImplicitOctree {
   void descend(std::uint32_t begin, std::uint32_t end, const Vec3& min, float side, int shift, const Vec3& center,
                float& radius_sq, const auto& visit) const {
     // Codes are rounded: a cell may hold points a little outside.
-    const Vec3 outside = glm::max(glm::max(min - center, center - (min + side)), Vec3(0)) - 2e-7f * max_component(bounds_.extent());
-    const Vec3 apart = glm::max(outside, Vec3(0));
+    const float slack = 2e-7f * max_component(bounds_.extent());
+    const Vec3 apart = glm::max(glm::max(min - center, center - (min + side)) - slack, Vec3(0));
     if (begin == end || glm::dot(apart, apart) >= radius_sq) return;
     if (end - begin <= 16 || shift < 0) {
       points_.distances(begin, end, center, [&](const auto& d) { visit(d, radius_sq); });
