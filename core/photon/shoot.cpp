@@ -138,22 +138,23 @@ class Shooter {
     for (const std::uint32_t i : live_) {
       if (record != nullptr) record->push_back(walks_[i].ray);
       new (&hits_[i]) Hit(scene_.accel.intersect(walks_[i].ray));  // in place: a copy would stall on its stores
-      if (far_) prefetch_triangle(scene_.scene, hits_[i]);
+      if (far_) placed(hits_[i]).prefetch_triangle(hits_[i].triangle);
     }
     for (const std::uint32_t i : live_) {
-      if (far_) prefetch_vertices(scene_.scene, hits_[i]);
+      if (far_) placed(hits_[i]).prefetch_vertices(hits_[i].triangle);
     }
     block_.rays += live_.size;
   }
 
+  const PlacedMesh& placed(const Hit& hit) const {
+    return scene_.placed[std::min<std::size_t>(hit.instance, scene_.placed.size() - 1)];
+  }
+
   void scatter_all() {
     Subset plain, other, ended;
-    const std::size_t no_instance = scene_.plain.size() - 1;
     for (const std::uint32_t i : live_) {
-      const Hit& hit = hits_[i];
-      const bool found = hit.found();
-      const PlainInstance& surface = scene_.plain[std::min<std::size_t>(hit.instance, no_instance)];
-      const bool is_plain = static_cast<bool>(surface) & !walks_[i].medium.active();
+      const bool found = hits_[i].found();
+      const bool is_plain = placed(hits_[i]).plain & !walks_[i].medium.active();
       plain.add(i, is_plain);
       other.add(i, found & !is_plain);
       ended.add(i, !found);
@@ -175,7 +176,7 @@ class Shooter {
     for (std::uint32_t k = 0; k < plain.size; ++k) {
       Walk& walk = walks_[plain.items[k]];
       const Hit& hit = hits_[plain.items[k]];
-      const PlainInstance& surface = scene_.plain[hit.instance];
+      const PlacedMesh& surface = scene_.placed[hit.instance];
       const glm::uvec3 triangle = surface.triangles[hit.triangle];
       bounces_.a.set(k, surface.vertices[triangle.x].position);
       bounces_.b.set(k, surface.vertices[triangle.y].position);

@@ -23,16 +23,17 @@ bool is_plain(const Scene& scene, const Instance& instance) {
 
 }  // namespace
 
-std::vector<PlainInstance> plain_instances(const Scene& scene) {
-  std::vector<PlainInstance> plain;
+std::vector<PlacedMesh> placed_meshes(const Scene& scene) {
+  static constexpr glm::uvec3 kTriangle{0, 0, 0};
+  static constexpr Vertex kVertex{};
+  std::vector<PlacedMesh> placed;
   for (const Instance& instance : scene.instances) {
     const Mesh& mesh = scene.meshes[instance.mesh];
-    plain.push_back(is_plain(scene, instance) ? PlainInstance{mesh.triangles.data(), mesh.vertices.data(),
-                                                              scene.materials[mesh.material].base_color}
-                                              : PlainInstance{});
+    placed.push_back({mesh.triangles.data(), mesh.vertices.data(), scene.materials[mesh.material].base_color,
+                      is_plain(scene, instance)});
   }
-  plain.emplace_back();
-  return plain;
+  placed.push_back({&kTriangle, &kVertex});
+  return placed;
 }
 
 void PlainBounces::scatter(std::uint32_t count) {

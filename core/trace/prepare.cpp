@@ -75,7 +75,7 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
   for (const Instance& instance : prepared->scene.instances) {
     prepared->triangle_count += prepared->scene.meshes[instance.mesh].triangles.size();
   }
-  prepared->plain = plain_instances(prepared->scene);
+  prepared->placed = placed_meshes(prepared->scene);
   prepared->lights = Lights(prepared->scene, prepared->bounds);
   if (execution.cancelled()) return cancelled();
   // Inside the arena Embree's build tasks run on its low-priority workers.

@@ -20,7 +20,7 @@ struct PreparedScene {
   Bounds3 bounds;
   Accel accel;
   Lights lights;
-  std::vector<PlainInstance> plain;  ///< for each instance, and none
+  std::vector<PlacedMesh> placed;    ///< for each instance, and none
   std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each
   std::uint64_t memory_bytes = 0;    ///< estimate: scene, textures and accelerator
 };

@@ -88,20 +88,16 @@ Vec3 visible_normal(const Vec3& ns, const Vec3& ng, const Vec3& wo) {
   return glm::dot(unit, ng) > 0 ? unit : ng;
 }
 
-}  // namespace
-
-namespace {
-
 inline TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
   const Instance& placed = scene.instances[instance];
   const Mesh& mesh = scene.meshes[placed.mesh];
   const glm::uvec3 i = mesh.triangles[triangle];
-  if (!placed.moved) return {mesh.vertices[i.x].position, mesh.vertices[i.y].position, mesh.vertices[i.z].position, false};
+  const Vec3& a = mesh.vertices[i.x].position;
+  const Vec3& b = mesh.vertices[i.y].position;
+  const Vec3& c = mesh.vertices[i.z].position;
+  if (!placed.moved) return {a, b, c, false};
   const Affine& m = placed.to_world;
-  TriangleVertices world;
-  world.a = transform_point(m, mesh.vertices[i.x].position);
-  world.b = transform_point(m, mesh.vertices[i.y].position);
-  world.c = transform_point(m, mesh.vertices[i.z].position);
+  TriangleVertices world{transform_point(m, a), transform_point(m, b), transform_point(m, c), false};
   world.mirrored = is_mirrored(m);
   if (world.mirrored) std::swap(world.b, world.c);
   return world;
@@ -137,21 +133,6 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
     s.ns = visible_normal(s.front ? front_ns : -front_ns, s.ng, -ray.direction);
   }
   return s;
-}
-
-void prefetch_triangle(const Scene& scene, const Hit& hit) {
-  if (!hit.found()) return;
-  const Mesh& mesh = scene.meshes[scene.instances[hit.instance].mesh];
-  __builtin_prefetch(&mesh.triangles[hit.triangle]);
-}
-
-void prefetch_vertices(const Scene& scene, const Hit& hit) {
-  if (!hit.found()) return;
-  const Mesh& mesh = scene.meshes[scene.instances[hit.instance].mesh];
-  const glm::uvec3 vertices = mesh.triangles[hit.triangle];
-  for (int k = 0; k < 3; ++k) {
-    __builtin_prefetch(&mesh.vertices[vertices[k]]);
-  }
 }
 
 Vec4 lookup(const Scene& scene, const TextureSlot& slot, const SurfacePoint& surface) {

@@ -69,11 +69,6 @@ inline FlatPoint flat_point(const Vec3& a, const Vec3& b, const Vec3& c, float u
 /// The surface where `ray` meets the scene. `hit` must be found.
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
 
-/// Asks the cache for what make_surface will read of a hit: first the triangle's indices, then (when those have
-/// arrived) its vertices. Nothing else happens; a hit not found is ignored.
-void prefetch_triangle(const Scene& scene, const Hit& hit);
-void prefetch_vertices(const Scene& scene, const Hit& hit);
-
 /// A point safely off the surface on the side of `direction`, for rays that start there. The distance scales
 /// with the coordinates: about eight units in the last place of the largest vertex coordinate.
 inline Vec3 spawn_point(const Vec3& position, const Vec3& ng, float extent, const Vec3& direction) {
