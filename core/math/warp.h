@@ -28,7 +28,7 @@ inline float cos_eighth(float x) {
 inline Vec2 square_to_disk(const Vec2& u) {
   const float x = 2 * u.x - 1, y = 2 * u.y - 1;
   const float wide = std::abs(x), high = std::abs(y);
-  const float r = std::max({wide, high, std::numeric_limits<float>::min()});  // the centre is not 0/0
+  const float r = std::max(std::max(wide, high), std::numeric_limits<float>::min());  // the centre is not 0/0
   const float phi = (kPi / 4) * (std::min(wide, high) / r);
   const float along = r * cos_eighth(phi);
   const float across = r * sin_eighth(phi);

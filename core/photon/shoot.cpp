@@ -6,8 +6,8 @@
 #include <new>
 
 #include "core/math/rng.h"
-#include "core/math/warp.h"
 #include "core/trace/medium.h"
+#include "core/trace/plain.h"
 #include "core/trace/roulette.h"
 
 namespace photond {
@@ -162,12 +162,24 @@ class Shooter {
     live_.size = 0;
     for (const std::uint32_t i : ended) block_.ledger.escaped += walks_[i].power;
     scatter_plain(plain, ended);
-    for (const std::uint32_t i : other) {
-      const bool alive = scatter(walks_[i], hits_[i]);
+    scatter_other(other, ended);
+    restart(ended);
+  }
+
+  void scatter_other(const Subset& other, Subset& ended) {
+    for (std::uint32_t k = 0; k < other.size; ++k) {
+      const Hit& hit = hits_[other.items[k]];
+      surfaces_.set(k, scene_.placed[hit.instance], hit, walks_[other.items[k]].ray.direction);
+    }
+    surfaces_.compute(other.size);
+    for (std::uint32_t k = 0; k < other.size; ++k) {
+      const std::uint32_t i = other.items[k];
+      const bool alive = scene_.placed[hits_[i].instance].in_place
+                             ? scatter(walks_[i], hits_[i], surfaces_.point(k, scene_.scene, hits_[i]))
+                             : scatter(walks_[i], hits_[i], make_surface(scene_.scene, walks_[i].ray, hits_[i]));
       live_.add(i, alive);
       ended.add(i, !alive);
     }
-    restart(ended);
   }
 
   // The walks at plain surfaces: as `scatter`, without what is not needed there and without a branch that depends
@@ -176,18 +188,7 @@ class Shooter {
     for (std::uint32_t k = 0; k < plain.size; ++k) {
       Walk& walk = walks_[plain.items[k]];
       const Hit& hit = hits_[plain.items[k]];
-      const PlacedMesh& surface = scene_.placed[hit.instance];
-      const glm::uvec3 triangle = surface.triangles[hit.triangle];
-      bounces_.a.set(k, surface.vertices[triangle.x].position);
-      bounces_.b.set(k, surface.vertices[triangle.y].position);
-      bounces_.c.set(k, surface.vertices[triangle.z].position);
-      bounces_.u[k] = hit.u;
-      bounces_.v[k] = hit.v;
-      bounces_.albedo.set(k, surface.albedo);
-      bounces_.direction.set(k, walk.ray.direction);
-      bounces_.flux.set(k, walk.flux);
-      bounces_.depth[k] = walk.depth;
-      for (auto& random : bounces_.random) random[k] = walk.rng.next();
+      bounces_.set(k, scene_.placed[hit.instance], hit, walk.ray.direction, walk.flux, walk.depth, walk.rng);
     }
     bounces_.scatter(plain.size);
     for (std::uint32_t k = 0; k < plain.size; ++k) {
@@ -206,8 +207,7 @@ class Shooter {
   }
 
   // From the ray's end off the surface again; false where the path ends.
-  bool scatter(Walk& walk, const Hit& hit) {
-    const SurfacePoint surface = make_surface(scene_.scene, walk.ray, hit);
+  bool scatter(Walk& walk, const Hit& hit, const SurfacePoint& surface) {
     if (walk.medium.active() || surface.material->transmission > 0) {
       carry(walk, walk.flux * walk.medium.transmittance(surface, hit.t));
     }
@@ -288,6 +288,7 @@ class Shooter {
   std::array<Hit, kBatch> hits_;
   EmissionLanes emissions_{};
   PlainBounces bounces_{};
+  SurfaceLanes surfaces_{};
   std::array<std::array<Photon, kBatch + 1>, 2> stored_;  // one more: an unwanted photon is written, too
   std::array<std::uint32_t, 2> stored_count_{};
 };

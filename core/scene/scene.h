@@ -35,7 +35,7 @@ struct Texture {
 /// What rays need of a vertex, in half a cache line.
 struct alignas(32) Vertex {
   Vec3 position;
-  Vec3 normal;                      ///< unspecified where the mesh has none
+  Vec3 normal;                      ///< zero where the mesh has none
 };
 
 /// Triangles with one material, in object space. Attribute vectors are empty or one value per vertex.

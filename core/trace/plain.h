@@ -1,35 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "core/math/lanes.h"
-#include "core/scene/scene.h"
+#include "core/math/rng.h"
+#include "core/trace/accel.h"
+#include "core/trace/placed_mesh.h"
 
 namespace photond {
-
-/// What a photon needs first of the instance it meets, in half a cache line.
-struct alignas(32) PlacedMesh {
-  const glm::uvec3* triangles;
-  const Vertex* vertices;
-  Rgb albedo{0};
-  /// The instance is flat, Lambertian and of one colour (`albedo`), and lies in the world as its mesh does: what
-  /// most of a room is made of, and scatters light without a SurfacePoint or a Bsdf.
-  bool plain = false;
-
-  /// Asks the cache for a triangle's indices, then (when those have arrived) for its vertices.
-  void prefetch_triangle(std::uint32_t triangle) const { __builtin_prefetch(&triangles[triangle]); }
-  void prefetch_vertices(std::uint32_t triangle) const {
-    const glm::uvec3& t = triangles[triangle];
-    __builtin_prefetch(&vertices[t.x]);
-    __builtin_prefetch(&vertices[t.y]);
-    __builtin_prefetch(&vertices[t.z]);
-  }
-};
-
-/// For each instance, and one more for rays that meet none: with one triangle, and not plain. Valid while `scene`
-/// lives and its vectors stay where they are.
-std::vector<PlacedMesh> placed_meshes(const Scene& scene);
 
 /// Photons that meet plain surfaces, and how they leave.
 struct alignas(64) PlainBounces {
@@ -51,6 +29,21 @@ struct alignas(64) PlainBounces {
   Vec3Lanes next_flux;           ///< black where Russian roulette ends the path
   float next_power[kLanes];       ///< mean of next_flux
 
+  /// Fills lane k.
+  void set(std::uint32_t k, const PlacedMesh& mesh, const Hit& hit, const Vec3& in, const Rgb& power,
+           std::uint32_t bounces, Rng& rng) {
+    const glm::uvec3& triangle = mesh.triangles[hit.triangle];
+    a.set(k, mesh.vertices[triangle.x].position);
+    b.set(k, mesh.vertices[triangle.y].position);
+    c.set(k, mesh.vertices[triangle.z].position);
+    u[k] = hit.u;
+    v[k] = hit.v;
+    albedo.set(k, mesh.albedo);
+    direction.set(k, in);
+    flux.set(k, power);
+    depth[k] = bounces;
+    for (auto& number : random) number[k] = rng.next();
+  }
   /// Computes the first `count` bounces: cosine-distributed, surviving in proportion to what is reflected.
   void scatter(std::uint32_t count);
 };

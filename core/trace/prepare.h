@@ -8,7 +8,7 @@
 #include "core/scene/scene.h"
 #include "core/trace/accel.h"
 #include "core/trace/lights.h"
-#include "core/trace/plain.h"
+#include "core/trace/placed_mesh.h"
 
 namespace photond {
 

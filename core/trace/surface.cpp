@@ -77,18 +77,7 @@ Vec3 front_shading_normal(const Scene& scene, const SurfacePoint& s, const Vec3&
   return n;
 }
 
-// Keeps the viewing direction above the shading normal's horizon, so that no lobe is evaluated from below.
-Vec3 visible_normal(const Vec3& ns, const Vec3& ng, const Vec3& wo) {
-  static constexpr float kMinCos = 1e-3f;
-  if (glm::dot(ns, ng) <= 0) return ng;
-  const float cos_o = glm::dot(ns, wo);
-  if (cos_o >= kMinCos) return ns;
-  const Vec3 bent = ns + (kMinCos - cos_o) * wo;
-  const Vec3 unit = glm::normalize(bent);
-  return glm::dot(unit, ng) > 0 ? unit : ng;
-}
-
-inline TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
+TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
   const Instance& placed = scene.instances[instance];
   const Mesh& mesh = scene.meshes[placed.mesh];
   const glm::uvec3 i = mesh.triangles[triangle];
@@ -125,13 +114,45 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
   const FlatPoint flat = flat_point(world.a, world.b, world.c, b, c, ray.direction);
   s.position = flat.position;
   s.extent = flat.extent;
-  s.front = flat.front;
+  s.front = flat.side > 0;
   s.ng = s.ns = flat.ng;
   s.smooth = !s.mesh->normals.empty() || s.material->normal_texture.used();
   if (s.smooth) {
     const Vec3 front_ns = front_shading_normal(scene, s, s.front ? s.ng : -s.ng);
-    s.ns = visible_normal(s.front ? front_ns : -front_ns, s.ng, -ray.direction);
+    s.ns = shading_normal(s.front ? front_ns : -front_ns, s.ng, -ray.direction);
   }
+  return s;
+}
+
+void SurfaceLanes::compute(std::uint32_t count) {
+  const std::uint32_t end = whole_vectors(count);
+  for (std::uint32_t i = 0; i < end; ++i) {
+    const Vec3 in = direction[i];
+    const FlatPoint p = flat_point(a[i], b[i], c[i], u[i], v[i], in);
+    const Vec3 n = (1 - u[i] - v[i]) * na[i] + u[i] * nb[i] + v[i] * nc[i];
+    position.set(i, p.position);
+    extent[i] = p.extent;
+    side[i] = p.side;
+    ng.set(i, p.ng);
+    ns.set(i, shading_normal(p.side * n, p.ng, -in));
+  }
+}
+
+SurfacePoint SurfaceLanes::point(std::uint32_t k, const Scene& scene, const Hit& hit) const {
+  SurfacePoint s;
+  s.position = position[k];
+  s.ng = ng[k];
+  s.ns = ns[k];
+  s.extent = extent[k];
+  s.u = hit.u;
+  s.v = hit.v;
+  s.instance = hit.instance;
+  s.triangle = hit.triangle;
+  s.mesh = &scene.meshes[scene.instances[hit.instance].mesh];
+  s.material = &scene.materials[s.mesh->material];
+  s.vertices = s.mesh->triangles[hit.triangle];
+  s.front = side[k] > 0;
+  s.smooth = !s.mesh->normals.empty();
   return s;
 }
 

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "core/math/lanes.h"
 #include "core/scene/scene.h"
 #include "core/trace/accel.h"
+#include "core/trace/placed_mesh.h"
 
 namespace photond {
 
@@ -39,15 +41,15 @@ struct FlatPoint {
   Vec3 position;
   Vec3 ng;                    ///< as in SurfacePoint
   float extent;
-  bool front;
+  float side;                 ///< 1 where the ray came from the front, else −1
 };
 
 inline float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
 
 /// Unit normal of a triangle with edges ab, ac, whatever their length; z where the triangle is degenerate.
-inline Vec3 unit_normal(const Vec3& ab, const Vec3& ac) {
+[[gnu::always_inline]] inline Vec3 unit_normal(const Vec3& ab, const Vec3& ac) {
   // Scaled to about 1: the squares would underflow for triangles of a micrometre.
-  const float scale = 1 / std::max({max_abs(ab), max_abs(ac), std::numeric_limits<float>::min()});
+  const float scale = 1 / std::max(std::max(max_abs(ab), max_abs(ac)), std::numeric_limits<float>::min());
   const Vec3 n = glm::cross(ab * scale, ac * scale);
   const float length_sq = glm::dot(n, n);
   const float inverse = 1 / std::sqrt(length_sq);
@@ -55,19 +57,63 @@ inline Vec3 unit_normal(const Vec3& ab, const Vec3& ac) {
 }
 
 /// The point a + u·ab + v·ac of a triangle met from `direction`.
-inline FlatPoint flat_point(const Vec3& a, const Vec3& b, const Vec3& c, float u, float v, const Vec3& direction) {
+[[gnu::always_inline]] inline FlatPoint flat_point(const Vec3& a, const Vec3& b, const Vec3& c, float u, float v,
+                                                   const Vec3& direction) {
   FlatPoint p;
   p.position = (1 - u - v) * a + u * b + v * c;
   p.extent = max_component(glm::max(glm::max(glm::abs(a), glm::abs(b)), glm::abs(c)));
   const Vec3 normal = unit_normal(b - a, c - a);
-  const float cosine = glm::dot(normal, direction);
-  p.ng = std::copysign(1.0f, -cosine) * normal;  // from which side a ray comes no branch can predict
-  p.front = cosine < 0;
+  p.side = std::copysign(1.0f, -glm::dot(normal, direction));  // from which side a ray comes no branch can predict
+  p.ng = p.side * normal;
   return p;
+}
+
+/// The unit shading normal for an interpolated normal of any length on the side of `ng`. The viewing direction stays
+/// above its horizon, so that no lobe is evaluated from below; without an interpolated normal it is `ng`.
+[[gnu::always_inline]] inline Vec3 shading_normal(const Vec3& interpolated, const Vec3& ng, const Vec3& wo) {
+  constexpr float kMinCos = 1e-3f;
+  const Vec3 ns = interpolated * (1 / std::sqrt(glm::dot(interpolated, interpolated)));
+  const Vec3 bent = ns + std::max(kMinCos - glm::dot(ns, wo), 0.0f) * wo;
+  const Vec3 unit = bent * (1 / std::sqrt(glm::dot(bent, bent)));
+  // False, too, where a normal is zero or not finite.
+  const float worst = std::min(glm::dot(ns, ng), glm::dot(unit, ng));
+  return {worst > 0 ? unit.x : ng.x, worst > 0 ? unit.y : ng.y, worst > 0 ? unit.z : ng.z};
 }
 
 /// The surface where `ray` meets the scene. `hit` must be found.
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
+
+/// Surfaces without normal texture in meshes that are not moved, met by several rays.
+struct alignas(64) SurfaceLanes {
+  // What comes in.
+  Vec3Lanes a, b, c;             ///< the triangles
+  Vec3Lanes na, nb, nc;          ///< their vertices' normals
+  float u[kLanes], v[kLanes];    ///< where on them, as in Hit
+  Vec3Lanes direction;           ///< of the rays
+
+  // What goes out, as in SurfacePoint.
+  Vec3Lanes position, ng, ns;
+  float extent[kLanes];
+  float side[kLanes];            ///< as in FlatPoint
+
+  /// Fills lane k.
+  void set(std::uint32_t k, const PlacedMesh& mesh, const Hit& hit, const Vec3& in) {
+    const glm::uvec3& triangle = mesh.triangles[hit.triangle];
+    a.set(k, mesh.vertices[triangle.x].position);
+    b.set(k, mesh.vertices[triangle.y].position);
+    c.set(k, mesh.vertices[triangle.z].position);
+    na.set(k, mesh.vertices[triangle.x].normal);
+    nb.set(k, mesh.vertices[triangle.y].normal);
+    nc.set(k, mesh.vertices[triangle.z].normal);
+    u[k] = hit.u;
+    v[k] = hit.v;
+    direction.set(k, in);
+  }
+  /// Computes the first `count`.
+  void compute(std::uint32_t count);
+  /// Lane k as `make_surface` would return it.
+  SurfacePoint point(std::uint32_t k, const Scene& scene, const Hit& hit) const;
+};
 
 /// A point safely off the surface on the side of `direction`, for rays that start there. The distance scales
 /// with the coordinates: about eight units in the last place of the largest vertex coordinate.

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <vector>
+
 #include "core/math/frame.h"
 #include "core/math/warp.h"
 #include "core/trace/prepare.h"
@@ -45,6 +48,43 @@ TEST(Surface, InstancesShadeLikeMeshesInPlace) {
     EXPECT_GT(glm::dot(s.ng, s.ns), 0.9f);
   }
   EXPECT_GT(hits, 500);
+}
+
+// Side by side or one by one: the same formulas, so the results differ by the contraction of products and sums only.
+TEST(Surface, LanesEqualSinglePoints) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::sphere({0, 0, 0}, 1, 8), test::add_material(scene, test::glass(1.5f)));
+  test::add_mesh(scene, test::box({-2, -2, -2}, {2, 2, 2}), test::add_material(scene, test::lambert(Rgb(0.5f))));
+  const auto prepared = test::prepared(std::move(scene));
+  Rng rng(3, RngPurpose::pilot, 0, 0);
+  const auto lanes = std::make_unique<SurfaceLanes>();
+  for (int round = 0; round < 100; ++round) {
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    for (std::uint32_t k = 0; k < kLanes; ++k) {
+      rays.push_back({1.5f * square_to_sphere(rng.next2()), square_to_sphere(rng.next2())});
+      if (k % 3 == 0) rays[k].origin *= 0.5f;  // inside the sphere, too
+      hits.push_back(prepared->accel.intersect(rays[k]));
+      ASSERT_TRUE(hits[k].found());
+      const PlacedMesh& mesh = prepared->placed[hits[k].instance];
+      EXPECT_TRUE(mesh.in_place);
+      lanes->set(k, mesh, hits[k], rays[k].direction);
+    }
+    lanes->compute(kLanes);
+    constexpr float kUlps = 64 * 0x1p-23f;  // a dozen roundings of coordinates up to 2, with room
+    for (std::uint32_t k = 0; k < kLanes; ++k) {
+      const SurfacePoint s = make_surface(prepared->scene, rays[k], hits[k]);
+      const SurfacePoint t = lanes->point(k, prepared->scene, hits[k]);
+      EXPECT_LT(glm::distance(s.position, t.position), kUlps);
+      EXPECT_LT(glm::distance(s.ng, t.ng), kUlps);
+      EXPECT_LT(glm::distance(s.ns, t.ns), kUlps);
+      EXPECT_EQ(s.extent, t.extent);
+      EXPECT_EQ(s.front, t.front);
+      EXPECT_EQ(s.smooth, t.smooth);
+      EXPECT_EQ(s.material, t.material);
+      EXPECT_EQ(s.vertices, t.vertices);
+    }
+  }
 }
 
 // Rays that leave a convex body never meet it again, wherever and however large it is.
