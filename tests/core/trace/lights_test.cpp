@@ -1,7 +1,9 @@
 #include "core/trace/lights.h"
 
-
 #include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
 
 #include "core/math/warp.h"
 #include "core/trace/prepare.h"
@@ -69,6 +71,33 @@ TEST(Lights, EmissionIsCosineDistributed) {
   EXPECT_GT(test::chi2_sphere([&](Rng& rng) { return prepared->lights.sample_emission(prepared->scene, rng).ray.direction; },
                               [](const Vec3& w) { return std::max(w.z, 0.0f) * kInvPi; }),
             test::kSignificance);
+}
+
+// Of the same random numbers: the results differ by the contraction of products and sums only.
+TEST(Lights, LanesEmitWhatSingleSamplesDo) {
+  Scene scene = test::empty_scene();
+  Material lamp = test::emitter({3, 2, 1});
+  lamp.double_sided = true;
+  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}), test::add_material(scene, lamp));
+  const auto prepared = test::prepared(std::move(scene));
+  const Lights& lights = prepared->lights;
+  const auto lanes = std::make_unique<EmissionLanes>();
+  std::vector<EmissionSample> single(kLanes);
+  Rng rng(4, RngPurpose::pilot, 0, 0);
+  for (int round = 0; round < 100; ++round) {
+    for (std::uint32_t k = 0; k < kLanes; ++k) {
+      const std::uint32_t light = lights.choose(rng.next());
+      Rng same = rng;
+      single[k] = lights.sample_emission(prepared->scene, light, same);
+      EXPECT_EQ(lights.begin_emission(prepared->scene, light, rng, k, *lanes), single[k].flux);
+    }
+    lanes->emit(kLanes);
+    for (std::uint32_t k = 0; k < kLanes; ++k) {
+      constexpr float kUlps = 32 * 0x1p-23f;  // half a dozen roundings of numbers up to 1, with room
+      EXPECT_LT(glm::distance(lanes->position[k], single[k].ray.origin), kUlps);
+      EXPECT_LT(glm::distance(lanes->direction[k], single[k].ray.direction), kUlps);
+    }
+  }
 }
 
 TEST(Lights, SpotEmitsOnlyIntoItsCone) {
