@@ -79,21 +79,22 @@ Error encoding_failed(const std::string& reason) {
   return {ErrorCode::internal, "the picture cannot be encoded: " + reason, {}};
 }
 
-Status write_image(const Image& image, ImageFormat format, const ToneMap& tone,
-                   OIIO::Filesystem::IOProxy& proxy) {
-  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(file_name(format), &proxy);
-  if (!output) return encoding_failed(OIIO::geterror());
-  if (!output->open(file_name(format), make_spec(image, format))) return encoding_failed(output->geterror());
-  bool written = false;
-  if (format == ImageFormat::exr_float) {
-    written = output->write_image(OIIO::TypeFloat, image.pixels.data());
-  } else if (format == ImageFormat::exr_half) {
-    written = output->write_image(OIIO::TypeFloat, half_range(image).data());
-  } else {
-    written = output->write_image(OIIO::TypeUInt8, tone_map(image, tone).data());
+/// Writes values of the type `from`, as many per pixel as the spec has channels, to memory.
+Result<std::vector<std::byte>> write_values(ImageFormat format, const OIIO::ImageSpec& spec, OIIO::TypeDesc from,
+                                            const void* values) {
+  try {
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput proxy(bytes);
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(file_name(format), &proxy);
+    if (!output) return encoding_failed(OIIO::geterror());
+    if (!output->open(file_name(format), spec) || !output->write_image(from, values) || !output->close()) {
+      return encoding_failed(output->geterror());
+    }
+    const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
+    return std::vector<std::byte>(first, first + bytes.size());
+  } catch (const std::exception& exception) {
+    return encoding_failed(exception.what());
   }
-  if (!written || !output->close()) return encoding_failed(output->geterror());
-  return Done{};
 }
 
 /// Positions of the channels named R, G and B.
@@ -119,15 +120,16 @@ Result<Image> read_linear(OIIO::ImageInput& input) {
   }
   const Result<std::array<int, 3>> rgb = find_rgb(spec);
   if (!rgb) return rgb.error();
-  const auto channels = static_cast<std::size_t>(spec.nchannels);
+  const auto [first, last] = std::minmax_element(rgb->begin(), rgb->end());
+  const auto channels = static_cast<std::size_t>(*last - *first + 1);
   Image image(spec.width, spec.height);
   std::vector<float> values(image.pixels.size() * channels);
-  if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, values.data())) {
+  if (!input.read_image(0, 0, *first, *last + 1, OIIO::TypeFloat, values.data())) {
     return invalid_input("the picture cannot be decoded: " + input.geterror());
   }
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      image.pixels[i][static_cast<int>(c)] = values[i * channels + static_cast<std::size_t>((*rgb)[c])];
+      image.pixels[i][static_cast<int>(c)] = values[i * channels + static_cast<std::size_t>((*rgb)[c] - *first)];
     }
   }
   return image;
@@ -137,15 +139,35 @@ Result<Image> read_linear(OIIO::ImageInput& input) {
 
 Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, const ToneMap& tone) {
   if (image.pixels.empty()) return invalid_input("the picture is empty");
-  try {
-    std::vector<unsigned char> bytes;
-    OIIO::Filesystem::IOVecOutput proxy(bytes);
-    if (Status status = write_image(image, format, tone, proxy); !status) return status.error();
-    const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
-    return std::vector<std::byte>(first, first + bytes.size());
-  } catch (const std::exception& exception) {
-    return encoding_failed(exception.what());
+  const OIIO::ImageSpec spec = make_spec(image, format);
+  switch (format) {
+    case ImageFormat::exr_float:
+      return write_values(format, spec, OIIO::TypeFloat, image.pixels.data());
+    case ImageFormat::exr_half:
+      return write_values(format, spec, OIIO::TypeFloat, half_range(image).data());
+    default:
+      return write_values(format, spec, OIIO::TypeUInt8, tone_map(image, tone).data());
   }
+}
+
+Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers& error) {
+  const std::array<const Image*, 4> layers = {&image, &error.noise, &error.bias, &error.bound};
+  for (const Image* layer : layers) {
+    if (layer->pixels.empty() || layer->pixels.size() != image.pixels.size()) {
+      return invalid_input("the picture and its error have different sizes");
+    }
+  }
+  OIIO::ImageSpec spec = make_spec(image, ImageFormat::exr_float);
+  for (const char* layer : {"error.noise", "error.bias", "error.bound"}) {
+    for (const char* channel : {".R", ".G", ".B"}) spec.channelnames.push_back(std::string(layer) + channel);
+  }
+  spec.nchannels = static_cast<int>(spec.channelnames.size());
+  std::vector<Rgb> values;
+  values.reserve(image.pixels.size() * layers.size());
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    for (const Image* layer : layers) values.push_back(layer->pixels[i]);
+  }
+  return write_values(ImageFormat::exr_float, spec, OIIO::TypeFloat, values.data());
 }
 
 Result<Image> decode_exr(std::span<const std::byte> bytes) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/film/error.h"
 #include "core/film/image.h"
 
 namespace photond {
@@ -20,7 +21,10 @@ struct ToneMap {
 /// linear R, G, B (half: PIZ, float: ZIP), first scanline on top.
 Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, const ToneMap& tone = {});
 
-/// Decodes an EXR (or any file OpenImageIO reads as linear float) of at least three channels named R, G, B.
+/// A float EXR of the picture with its error as further channels: error.noise.R … error.bound.B.
+Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers& error);
+
+/// Decodes the channels R, G and B of an EXR (or any file OpenImageIO reads as linear float); others are left out.
 Result<Image> decode_exr(std::span<const std::byte> bytes);
 
 }  // namespace photond

@@ -114,8 +114,9 @@ std::uint32_t Film::pass_count() const {
 }
 
 bool Film::contains(std::uint32_t pass) const {
-  return std::any_of(passes.begin(), passes.end(),
-                     [pass](PassRange range) { return range.first <= pass && pass < range.last; });
+  const auto after = std::upper_bound(passes.begin(), passes.end(), pass,
+                                      [](std::uint32_t p, PassRange range) { return p < range.first; });
+  return after != passes.begin() && pass < std::prev(after)->last;
 }
 
 void add_pass(Film& film, std::uint32_t pass, const PassImage& image, const Execution& execution) {

@@ -27,10 +27,7 @@ Json stop_json(const StopRule& stop) {
           {"relative_error", optional_json(stop.relative_error)}};
 }
 
-Json error_json(const std::optional<ErrorEstimate>& error) {
-  if (!error || !error->known || !std::isfinite(error->rmse) || !std::isfinite(error->relative)) return nullptr;
-  return {{"relative", error->relative}, {"rmse", error->rmse}};
-}
+Json error_json(const std::optional<ErrorEstimate>& error) { return error ? error_message(*error) : Json(nullptr); }
 
 Json failure_json(const std::optional<Error>& failure) {
   if (!failure) return nullptr;
@@ -65,6 +62,11 @@ Json spec_message(const JobSpec& spec) {
           {"label", spec.label}};
 }
 
+Json error_message(const ErrorEstimate& error) {
+  if (!error.known || !std::isfinite(error.rmse) || !std::isfinite(error.relative)) return nullptr;
+  return {{"relative", error.relative}, {"noise", error.noise}, {"bias", error.bias}, {"rmse", error.rmse}};
+}
+
 Json plan_message(const Plan& plan) {
   Json items = Json::array();
   for (const PlanItem& item : plan.items) {
@@ -91,6 +93,7 @@ Json job_message(const JobRecord& job) {
           {"maps", {{"hits", job.map_hits}, {"misses", job.map_misses}}},
           {"passes", job.passes},
           {"seconds", job.seconds},
+          {"rejected_samples", job.rejected},
           {"error", error_json(job.error)},
           {"eta_seconds", optional_json(job.eta_seconds)},
           {"revision", job.revision},
@@ -106,6 +109,7 @@ Json event_message(const Event& event) {
           {"version", event.version},
           {"passes", event.passes},
           {"seconds", event.seconds},
+          {"rejected_samples", event.rejected},
           {"error", error_json(event.error)},
           {"eta_seconds", optional_json(event.eta_seconds)},
           {"maps", {{"hits", event.map_hits}, {"misses", event.map_misses}}},

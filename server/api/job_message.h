@@ -14,6 +14,8 @@ Result<JobSpec> parse_job(std::span<const std::byte> text);
 /// A job as clients see it.
 Json job_message(const JobRecord& job);
 Json plan_message(const Plan& plan);
+/// null where nothing is known yet
+Json error_message(const ErrorEstimate& error);
 Json spec_message(const JobSpec& spec);
 Json event_message(const Event& event);
 Json series_message(const JobRecord& job);

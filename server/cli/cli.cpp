@@ -20,7 +20,17 @@ bool parse_size(const std::string& text, RenderSettings& settings) {
   return height_error == std::errc{} && last == end;
 }
 
-void add_render_settings(CLI::App& app, RenderCommand& command) {
+/// Parses "A:B" with A < B.
+bool parse_passes(const std::string& text, PassRange& passes) {
+  const char* const end = text.data() + text.size();
+  const auto [colon, first_error] = std::from_chars(text.data(), end, passes.first);
+  if (first_error != std::errc{} || colon == end || *colon != ':') return false;
+  const auto [last, last_error] = std::from_chars(colon + 1, end, passes.last);
+  return last_error == std::errc{} && last == end && passes.first < passes.last;
+}
+
+void add_task_options(CLI::App& app, TaskOptions& command) {
+  app.add_option("SCENE", command.scene, "A .glb or .gltf file")->required();
   app.add_option("--camera", command.camera, "Name or index of the camera (default: the first)");
   app.add_option_function<std::string>(
          "--size",
@@ -46,28 +56,58 @@ void add_render_settings(CLI::App& app, RenderCommand& command) {
   app.add_option_function<std::uint64_t>(
       "--seed", [&command](const std::uint64_t& seed) { command.settings.seed = command.photons.seed = seed; },
       "Number that selects the random sequence (default: 0)");
+  app.add_option("--threads", command.threads, "Render threads (default: one per core)")
+      ->check(CLI::Range(0, 1024).description(""));
+}
+
+void add_outputs(CLI::App& app, std::vector<std::string>& outputs, std::string& report) {
+  app.add_option("-o,--output", outputs,
+                 "Picture to write: .exr (linear float, with the layers error.noise, error.bias and error.bound), "
+                 ".png or .jpg; repeatable")
+      ->required()
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false);  // one file after each -o: what follows may be an input
+  app.add_option("--report", report, "Write a JSON report to this file");
 }
 
 CLI::App* add_render(CLI::App& app, RenderCommand& command) {
   CLI::App* const render = app.add_subcommand("render", "Render a glTF scene to picture files");
-  render->add_option("SCENE", command.scene, "A .glb or .gltf file")->required();
-  render
-      ->add_option("-o,--output", command.outputs,
-                   "Picture to write: .exr (linear float), .png or .jpg; repeatable")
-      ->required()
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  add_render_settings(*render, command);
+  add_task_options(*render, command.task);
+  add_outputs(*render, command.outputs, command.report);
   render->add_option("--passes", command.stop.passes, "Stop after this many passes");
   render->add_option("--seconds", command.stop.seconds, "Stop after this many seconds of rendering");
-  render->add_option("--error", command.stop.relative_error, "Stop below this estimated relative error");
-  render->add_option("--threads", command.threads, "Render threads (default: one per core)")
-      ->check(CLI::Range(0, 1024).description(""));
-  render->add_option("--report", command.report, "Write a JSON report to this file");
+  render->add_option("--error", command.stop.relative_error,
+                     "Stop below this estimated relative error, noise and bias together");
+  render->add_option("--reference", command.reference, "EXR file of the true picture: report the true error as well");
   render->footer(
       "Without a stop option: 60 seconds or a relative error of 0.02, whichever comes first.\n"
       "Ctrl-C ends the rendering and writes what there is.");
   return render;
+}
+
+CLI::App* add_task(CLI::App& app, TaskCommand& command) {
+  CLI::App* const task = app.add_subcommand("task", "Render some passes of a picture, to be merged");
+  add_task_options(*task, command.task);
+  task->add_option_function<std::string>(
+          "--passes",
+          [&command](const std::string& text) {
+            if (!parse_passes(text, command.passes))
+              throw CLI::ValidationError("--passes", "expects A:B, as 32:48 for the passes 32 to 47");
+          },
+          "Passes to render, as 32:48 for 32 to 47")
+      ->required()
+      ->type_name("A:B");
+  task->add_option("-o,--out", command.output, "Accumulator file to write")->required();
+  return task;
+}
+
+CLI::App* add_merge(CLI::App& app, MergeCommand& command) {
+  CLI::App* const merge =
+      app.add_subcommand("merge", "Join the passes of several tasks to the picture that one rendering gives");
+  merge->add_option("ACCUMULATORS", command.inputs, "Files of photond task: passes 0 to N, each once")->required();
+  add_outputs(*merge, command.outputs, command.report);
+  return merge;
 }
 
 CLI::App* add_info(CLI::App& app, InfoCommand& command) {
@@ -128,6 +168,11 @@ int print_parse_result(const CLI::App& app, const CLI::ParseError& error) {
 
 }  // namespace
 
+int print_usage_error(const std::string& message) {
+  std::cerr << "photond: " + message + "\n";
+  return kExitUsage;
+}
+
 int print_failure(const std::string& subject, const Error& error) {
   std::string text = "photond: " + subject;
   if (!error.where.empty()) text += (text.back() == ' ' ? "" : ": ") + error.where;
@@ -140,10 +185,14 @@ int run_cli(int argc, char** argv) {
   app.set_version_flag("--version", "photond " PHOTOND_VERSION);
   app.require_subcommand(1);
   RenderCommand render;
+  TaskCommand task;
+  MergeCommand merge;
   InfoCommand info;
   CompareCommand compare;
   ServiceOptions service;
   const CLI::App* const render_app = add_render(app, render);
+  const CLI::App* const task_app = add_task(app, task);
+  const CLI::App* const merge_app = add_merge(app, merge);
   const CLI::App* const info_app = add_info(app, info);
   const CLI::App* const compare_app = add_compare(app, compare);
   add_serve(app, service);
@@ -153,6 +202,8 @@ int run_cli(int argc, char** argv) {
     return print_parse_result(app, error);
   }
   if (render_app->parsed()) return run_render(render);
+  if (task_app->parsed()) return run_task(task);
+  if (merge_app->parsed()) return run_merge(merge);
   if (info_app->parsed()) return run_info(info);
   if (compare_app->parsed()) return run_compare(compare);
   return run_serve(service);

@@ -6,24 +6,45 @@
 #include <string>
 #include <vector>
 
+#include "core/film/film.h"
 #include "core/render/settings.h"
 #include "server/service.h"
 
 namespace photond {
 
-struct RenderCommand {
+/// What determines a picture, and the threads to make it with.
+struct TaskOptions {
   std::string scene;
-  std::vector<std::string> outputs;
   std::string camera;  ///< name or index; empty: the first
   PhotonSettings photons;
   RenderSettings settings;
-  StopRule stop;       ///< empty: kDefaultStop
   int threads = 0;     ///< 0: one per core
-  std::string report;  ///< JSON file; empty: none
+};
+
+struct RenderCommand {
+  TaskOptions task;
+  std::vector<std::string> outputs;
+  StopRule stop;          ///< empty: kDefaultStop
+  std::string reference;  ///< EXR file; empty: none
+  std::string report;     ///< JSON file; empty: none
 };
 
 /// Where a rendering ends if the command line does not say.
 inline constexpr StopRule kDefaultStop = {.passes = {}, .seconds = 60.0, .relative_error = 0.02};
+
+/// Renders exactly these passes into an accumulator file.
+struct TaskCommand {
+  TaskOptions task;
+  PassRange passes;
+  std::string output;
+};
+
+/// Joins accumulator files to the picture that one rendering of all their passes gives.
+struct MergeCommand {
+  std::vector<std::string> inputs;
+  std::vector<std::string> outputs;
+  std::string report;  ///< JSON file; empty: none
+};
 
 struct InfoCommand {
   std::string scene;
@@ -38,9 +59,14 @@ struct CompareCommand {
 
 /// Each runs one command, prints its errors to stderr and returns the exit code (cli.h).
 int run_render(const RenderCommand& command);
+int run_task(const TaskCommand& command);
+int run_merge(const MergeCommand& command);
 int run_info(const InfoCommand& command);
 int run_compare(const CompareCommand& command);
 int run_serve(const ServiceOptions& options);
+
+/// Prints `photond: <message>` to stderr and returns kExitUsage.
+int print_usage_error(const std::string& message);
 
 /// Prints `photond: <subject>: <where>: <message>` to stderr and returns kExitFailure.
 int print_failure(const std::string& subject, const Error& error);

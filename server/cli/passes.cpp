@@ -1,9 +1,9 @@
 #include "server/cli/passes.h"
 
 #include <algorithm>
-#include <bit>
-#include <optional>
 
+#include "core/film/compare.h"
+#include "core/film/error.h"
 #include "server/cli/stopwatch.h"
 
 namespace photond {
@@ -51,37 +51,45 @@ class CountingMaps {
   std::shared_ptr<const PhotonMaps> last_;
 };
 
-/// The error is measured after every pass at first and then at every 1/8 of an octave: a fixed set of passes,
-/// so that where a rendering stops does not depend on the clock, and cheap for fast passes.
-bool is_measured(std::uint32_t passes) { return passes % std::max(1u, std::bit_floor(passes) / 8) == 0; }
+MeasuredPass measure(const Film& film, Progress progress, const Image* reference) {
+  progress.error = estimate_error(film);
+  if (reference == nullptr) return {progress, {}};
+  return {progress, compare_images(film_picture(film), *reference)->rel_mse};
+}
 
 }  // namespace
 
-Result<Rendering> render_passes(const RenderTask& task, const StopRule& stop, const Execution& execution,
-                                ProgressBar& bar) {
+Result<Rendering> render_passes(const RenderTask& task, std::uint32_t first, const StopRule& stop,
+                                const Image* reference, const Execution& execution, ProgressBar& bar) {
   const Stopwatch watch;
+  double comparing = 0;
   Rendering rendering{.film = Film(task.settings.width, task.settings.height)};
   CountingMaps counting(*task.scene, rendering.maps);
   const MapSource maps = [&](const MapKey& key, const Execution& e) { return counting.get(key, e); };
   Progress progress;
+  const auto add_to_series = [&] {
+    const double begin = watch.seconds();
+    rendering.series.push_back(measure(rendering.film, progress, reference));
+    progress.error = rendering.series.back().progress.error;
+    if (reference != nullptr) comparing += watch.seconds() - begin;
+  };
   bar.update(stop, progress);
   while (rendering.stopped_by.empty()) {
-    const auto image = render_pass(task, progress.passes, maps, execution);
+    const auto image = render_pass(task, first + progress.passes, maps, execution);
     if (execution.cancelled()) {
       rendering.stopped_by = "interrupt";
       break;
     }
     if (!image) return image.error();
-    add_pass(rendering.film, progress.passes, *image, execution);
+    add_pass(rendering.film, first + progress.passes, *image, execution);
     ++progress.passes;
-    const bool measured = is_measured(progress.passes);
-    if (measured) progress.error = estimate_error(rendering.film);
-    progress.seconds = watch.seconds();
-    if (measured) rendering.series.push_back(progress);
+    progress.seconds = watch.seconds() - comparing;
+    if (is_measured(progress.passes)) add_to_series();
     if (const char* rule = rule_met(stop, progress)) rendering.stopped_by = rule;
     bar.update(stop, progress);
   }
-  rendering.seconds = watch.seconds();
+  if (progress.passes > 0 && !is_measured(progress.passes)) add_to_series();
+  rendering.seconds = progress.seconds;
   return rendering;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,18 +23,25 @@ struct MapStatistics {
   EnergyLedger ledger;  ///< W, mean over the maps
 };
 
+/// A rendering after a pass whose error was measured.
+struct MeasuredPass {
+  Progress progress;
+  std::optional<double> rel_mse;  ///< the true one, where there is a reference
+};
+
 /// A rendering that has ended.
 struct Rendering {
   Film film;
   std::string stopped_by;  ///< member of StopRule, or "interrupt"
-  double seconds = 0;      ///< maps included
+  double seconds = 0;      ///< maps included, comparisons with the reference not
   MapStatistics maps;
-  std::vector<Progress> series;  ///< after each pass whose error was measured
+  std::vector<MeasuredPass> series;  ///< the last pass is always measured
 };
 
-/// Renders passes 0, 1, … until the rule is met or the execution's stop token is triggered, which abandons the
-/// pass that runs. Errors: those of render_pass except cancelled.
-Result<Rendering> render_passes(const RenderTask& task, const StopRule& stop, const Execution& execution,
-                                ProgressBar& bar);
+/// Renders passes `first`, first + 1, … until the rule is met or the execution's stop token is triggered, which
+/// abandons the pass that runs. `reference` may be null, else of the film's size. Errors: those of render_pass
+/// except cancelled.
+Result<Rendering> render_passes(const RenderTask& task, std::uint32_t first, const StopRule& stop,
+                                const Image* reference, const Execution& execution, ProgressBar& bar);
 
 }  // namespace photond

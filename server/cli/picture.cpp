@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "server/cli/cli.h"
+#include "server/cli/commands.h"
 #include "server/cli/files.h"
 
 namespace photond {
@@ -17,10 +19,24 @@ std::optional<ImageFormat> format_of(const std::filesystem::path& file) {
   return std::nullopt;
 }
 
-Status write_picture(const std::filesystem::path& file, const Image& image) {
-  const auto bytes = encode(image, *format_of(file));
+Status write_picture(const std::filesystem::path& file, const Film& film) {
+  const ImageFormat format = *format_of(file);
+  const Image mean = film_picture(film);
+  const auto bytes = format == ImageFormat::exr_float ? encode_exr(mean, error_layers(film)) : encode(mean, format);
   if (!bytes) return bytes.error();
   return write_file(file, *bytes);
+}
+
+int check_outputs(const std::vector<std::string>& outputs, const std::string& report) {
+  for (const std::string& output : outputs) {
+    if (!format_of(output)) return print_usage_error(output + ": a picture's name ends in .exr, .png or .jpg");
+  }
+  std::vector<std::string> files = outputs;
+  if (!report.empty()) files.push_back(report);
+  for (const std::string& file : files) {
+    if (const auto writable = check_writable(file); !writable) return print_failure(file, writable.error());
+  }
+  return kExitOk;
 }
 
 Result<Image> read_picture(const std::filesystem::path& file) {

@@ -60,6 +60,14 @@ std::string duration_text(double seconds) {
          (hours ? " h" : " min");
 }
 
+std::string error_text(const ErrorEstimate& error, bool biased) {
+  const std::string label = biased ? ", biased method" : "";
+  if (!error.known) return label;
+  std::string text = ", estimated relative error " + format("%.4g", error.relative);
+  if (error.bias > 0) text += format(" (noise %.4g", error.noise) + format(", bias %.4g)", error.bias);
+  return text + (biased ? " without the bias of the method" : "");
+}
+
 ProgressBar::ProgressBar() : terminal_(isatty(STDERR_FILENO) == 1) {
   if (terminal_) thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }

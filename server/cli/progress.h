@@ -16,6 +16,10 @@ std::string progress_line(const StopRule& stop, const Progress& progress, int co
 /// "3.2 s", "4:07 min", "2:05 h".
 std::string duration_text(double seconds);
 
+/// ", estimated relative error 0.031 (noise 0.03, bias 0.01)"; empty while it is not known. `biased`: the method has a
+/// bias beyond the estimate, which the text says.
+std::string error_text(const ErrorEstimate& error, bool biased);
+
 /// Repaints a line on stderr while something long runs. Silent where stderr is no terminal.
 class ProgressBar {
  public:

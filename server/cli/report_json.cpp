@@ -15,19 +15,6 @@ Json stop_json(const StopRule& stop) {
   return result;
 }
 
-Json settings_json(const RenderTask& task, const StopRule& stop) {
-  const RenderSettings& s = task.settings;
-  return {{"method", method_name(s.method)},
-          {"width", s.width},
-          {"height", s.height},
-          {"seed", s.seed},
-          {"radius", s.radius},
-          {"gather_photons", s.gather_photons},
-          {"max_depth", s.max_depth},
-          {"photons_per_pass", task.photons.photons_per_pass},
-          {"stop", stop_json(stop)}};
-}
-
 Json maps_json(const MapStatistics& maps) {
   return {{"built", maps.built},
           {"emitted_paths", maps.emitted},
@@ -42,19 +29,23 @@ Json maps_json(const MapStatistics& maps) {
             {"rejected", maps.ledger.rejected}}}};
 }
 
-Json error_json(const ErrorEstimate& error) {
-  if (!error.known) return nullptr;
-  return {{"rmse", error.rmse}, {"relative", error.relative}};
-}
-
-Json series_json(const std::vector<Progress>& series) {
+Json series_json(const std::vector<MeasuredPass>& series) {
   Json points = Json::array();
-  for (const Progress& p : series) {
-    points.push_back({{"seconds", p.seconds},
-                      {"passes", p.passes},
-                      {"relative_error", p.error.known ? Json(p.error.relative) : Json(nullptr)}});
+  for (const MeasuredPass& point : series) {
+    const ErrorEstimate& error = point.progress.error;
+    Json json = {{"seconds", point.progress.seconds}, {"passes", point.progress.passes}};
+    json["relative_error"] = error.known ? Json(error.relative) : Json(nullptr);
+    json["noise"] = error.known ? Json(error.noise) : Json(nullptr);
+    json["bias"] = error.known ? Json(error.bias) : Json(nullptr);
+    if (point.rel_mse) json["rel_mse"] = *point.rel_mse;
+    points.push_back(std::move(json));
   }
   return points;
+}
+
+Json reference_json(const RenderCommand& command, const Rendering& rendering) {
+  if (command.reference.empty()) return nullptr;
+  return {{"file", command.reference}, {"rel_mse", optional_json(rendering.series.back().rel_mse)}};
 }
 
 }  // namespace
@@ -70,12 +61,57 @@ Json info_json(const std::string& file, const PreparedScene& prepared, const Sce
   return result;
 }
 
+Json camera_json(const Camera& camera) {
+  const auto& [name, to_world, orthographic, yfov, ymag] = camera;  // all members: none can be forgotten
+  Json matrix = Json::array();
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 3; ++row) matrix.push_back(to_world[column][row]);
+  }
+  return {{"name", name}, {"to_world", matrix}, {"orthographic", orthographic}, {"yfov", yfov}, {"ymag", ymag}};
+}
+
+Json settings_json(const RenderTask& task) {
+  const auto& [method, width, height, seed, radius, gather_photons, max_depth] = task.settings;
+  const auto& [photons_per_pass, photon_seed] = task.photons;
+  return {{"method", method_name(method)},
+          {"width", width},
+          {"height", height},
+          {"seed", seed},
+          {"photon_seed", photon_seed},
+          {"radius", radius},
+          {"gather_photons", gather_photons},
+          {"max_depth", max_depth},
+          {"photons_per_pass", photons_per_pass}};
+}
+
+Json decisions_json(const Plan& plan) {
+  const auto& [method, biased, uses_maps, radius, items] = plan;
+  Json active = Json::object();
+  for (const PlanItem& item : items) active[item.feature] = item.active;
+  return {{"method", method_name(method)},
+          {"biased", biased},
+          {"uses_maps", uses_maps},
+          {"radius", radius},
+          {"active", active}};
+}
+
+Json error_json(const Film& film, const ErrorEstimate& error) {
+  Json json = error_message(error);
+  if (json.is_object()) {
+    json["dominated_pixels"] = error.dominated;
+    json["few_passes"] = film.pass_count() < kReliablePasses;
+  }
+  return json;
+}
+
 Json render_json(const RenderCommand& command, const StopRule& stop, const RenderTask& task,
-                 const Rendering& rendering, const StageSeconds& seconds) {
+                 const Rendering& rendering, const LoadSeconds& seconds, double encode_seconds) {
+  Json settings = settings_json(task);
+  settings["stop"] = stop_json(stop);
   return {{"photond", PHOTOND_VERSION},
-          {"scene", info_json(command.scene, *task.scene, summarize(*task.scene, task.plan))},
+          {"scene", info_json(command.task.scene, *task.scene, summarize(*task.scene, task.plan))},
           {"camera", task.camera.name},
-          {"settings", settings_json(task, stop)},
+          {"settings", std::move(settings)},
           {"outputs", command.outputs},
           {"passes", rendering.film.pass_count()},
           {"rejected_samples", rendering.film.rejected},
@@ -86,9 +122,10 @@ Json render_json(const RenderCommand& command, const StopRule& stop, const Rende
             {"plan", seconds.plan},
             {"maps", rendering.maps.seconds},
             {"render", rendering.seconds},
-            {"encode", seconds.encode}}},
+            {"encode", encode_seconds}}},
           {"maps", maps_json(rendering.maps)},
-          {"error", error_json(estimate_error(rendering.film))},
+          {"error", error_json(rendering.film, rendering.series.back().progress.error)},
+          {"reference", reference_json(command, rendering)},
           {"series", series_json(rendering.series)}};
 }
 

@@ -4,18 +4,11 @@
 
 #include "server/api/json.h"
 #include "server/cli/commands.h"
+#include "server/cli/load_task.h"
 #include "server/cli/passes.h"
 #include "server/jobs/scene_library.h"
 
 namespace photond {
-
-/// Wall-clock seconds of a rendering's stages.
-struct StageSeconds {
-  double load = 0;
-  double prepare = 0;
-  double plan = 0;
-  double encode = 0;
-};
 
 /// What is said of a scene, with the plan for the task at hand.
 SceneSummary summarize(const PreparedScene& prepared, const Plan& plan);
@@ -23,10 +16,19 @@ SceneSummary summarize(const PreparedScene& prepared, const Plan& plan);
 /// The digest and the contents of a scene file, and the plan with its reasons.
 Json info_json(const std::string& file, const PreparedScene& prepared, const SceneSummary& summary);
 
+/// Camera, settings, and the plan without its reasons: with the scene's digest and the build all that determines a
+/// picture.
+Json camera_json(const Camera& camera);
+Json settings_json(const RenderTask& task);
+Json decisions_json(const Plan& plan);
+
+/// Null where nothing is known yet.
+Json error_json(const Film& film, const ErrorEstimate& error);
+
 /// What `photond render --report` writes: scene, plan with reasons, settings, passes, seconds, maps, error and
 /// the series of error against time.
 Json render_json(const RenderCommand& command, const StopRule& stop, const RenderTask& task,
-                 const Rendering& rendering, const StageSeconds& seconds);
+                 const Rendering& rendering, const LoadSeconds& seconds, double encode_seconds);
 
 /// Indented text with a final newline. Names in a file may not be valid UTF-8: what is not is replaced.
 std::string indented(const Json& json);

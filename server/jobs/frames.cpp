@@ -9,21 +9,22 @@ namespace {
 
 constexpr std::size_t kKept = 3;  // the newest, and what viewers may still be fetching
 
-ImageFormat encoding_of(FrameFormat format, bool result) {
-  if (format == FrameFormat::png) return ImageFormat::png;
-  if (format == FrameFormat::jpg) return ImageFormat::jpeg;
-  return result ? ImageFormat::exr_float : ImageFormat::exr_half;
+Result<std::vector<std::byte>> encode_frame(const Image& image, const std::optional<ErrorLayers>& error,
+                                            FrameFormat format) {
+  if (format == FrameFormat::png) return encode(image, ImageFormat::png);
+  if (format == FrameFormat::jpg) return encode(image, ImageFormat::jpeg);
+  return error ? encode_exr(image, *error) : encode(image, ImageFormat::exr_half);
 }
 
 }  // namespace
 
-void Frames::publish(std::uint32_t revision, Image image, bool result) {
+void Frames::publish(std::uint32_t revision, Image image, std::optional<ErrorLayers> error) {
   auto frame = std::make_shared<Frame>();
   frame->revision = revision;
   frame->image = std::move(image);
-  frame->result = result;
+  const std::size_t keep = error ? 1 : kKept - 1;
+  frame->error = std::move(error);
   const std::lock_guard lock(mutex_);
-  const std::size_t keep = result ? 1 : kKept - 1;
   while (frames_.size() > keep) frames_.erase(frames_.begin());
   frames_.push_back(std::move(frame));
 }
@@ -45,7 +46,7 @@ Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format) co
   const std::lock_guard lock(frame->encoding);
   Bytes& bytes = frame->encoded[static_cast<int>(format)];
   if (!bytes) {
-    Result<std::vector<std::byte>> encoded = encode(frame->image, encoding_of(format, frame->result));
+    Result<std::vector<std::byte>> encoded = encode_frame(frame->image, frame->error, format);
     if (!encoded) return encoded.error();
     bytes = std::make_shared<const std::vector<std::byte>>(std::move(*encoded));
   }
@@ -55,7 +56,7 @@ Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format) co
 std::uint64_t Frames::memory_bytes() const {
   const std::lock_guard lock(mutex_);
   std::uint64_t bytes = 0;
-  for (const auto& frame : frames_) bytes += frame->image.pixels.size() * sizeof(Rgb);
+  for (const auto& frame : frames_) bytes += frame->image.pixels.size() * sizeof(Rgb) * (frame->error ? 4 : 1);
   return bytes;
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/base/result.h"
 #include "core/film/encode.h"
+#include "core/film/error.h"
 #include "core/film/image.h"
 
 namespace photond {
@@ -21,9 +22,9 @@ class Frames {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 
-  /// Adds a picture; the oldest beyond three, or beyond two with the result of a job, are dropped. The result
-  /// is encoded as 32-bit EXR, earlier pictures as 16-bit.
-  void publish(std::uint32_t revision, Image image, bool result);
+  /// Adds a picture; the oldest beyond three, or beyond two with the result of a job, are dropped. With `error` it is
+  /// the result, which is encoded as 32-bit EXR with the error layers, earlier pictures as 16-bit.
+  void publish(std::uint32_t revision, Image image, std::optional<ErrorLayers> error);
   /// Errors: not_found (never published, or no longer kept), or the encoder's own.
   Result<Bytes> get(std::uint32_t revision, FrameFormat format) const;
   /// What the kept pictures take, without their encodings.
@@ -33,7 +34,7 @@ class Frames {
   struct Frame {
     std::uint32_t revision = 0;
     Image image;
-    bool result = false;
+    std::optional<ErrorLayers> error;  ///< of the result
     std::mutex encoding;           ///< one encoder per picture at a time
     std::array<Bytes, 3> encoded;  ///< by FrameFormat
   };

@@ -18,6 +18,7 @@ Event event_of(const JobRecord& job, EventKind kind) {
   event.version = job.version;
   event.passes = job.passes;
   event.seconds = job.seconds;
+  event.rejected = job.rejected;
   event.error = job.error;
   event.eta_seconds = job.eta_seconds;
   event.map_hits = job.map_hits;

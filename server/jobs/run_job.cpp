@@ -87,7 +87,7 @@ Status RunJob::render_next_pass() {
   if (execution_.cancelled()) return cancelled();
   add_pass(film_, film_.pass_count(), *pass, execution_);
   ++passes_;
-  error_ = estimate_error(film_);
+  if (is_measured(film_.pass_count())) error_ = estimate_error(film_);
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
   return Done{};
 }
@@ -105,7 +105,8 @@ Status RunJob::finish() {
 
 Status RunJob::publish(bool result) {
   ++revision_;
-  job_->frames.publish(revision_, film_picture(film_), result);
+  error_ = estimate_error(film_);
+  job_->frames.publish(revision_, film_picture(film_), result ? std::optional(error_layers(film_)) : std::nullopt);
   told_ = wall_seconds();
   return job_->note(EventKind::frame, [&](JobRecord& record) {
     put_numbers(record);
@@ -123,6 +124,7 @@ Status RunJob::tell_progress() {
 void RunJob::put_numbers(JobRecord& record) const {
   record.passes = film_.pass_count();
   record.seconds = compute_seconds_;
+  record.rejected = film_.rejected;
   if (error_.known) record.error = error_;
   record.map_hits = maps_.hits();
   record.map_misses = maps_.misses();

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <memory>
 
+#include "core/film/error.h"
 #include "core/film/film.h"
 #include "core/film/reconstruct.h"
 #include "core/render/render.h"

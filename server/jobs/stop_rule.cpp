@@ -1,6 +1,7 @@
 #include "server/jobs/stop_rule.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace photond {
 namespace {
@@ -9,10 +10,13 @@ constexpr std::uint32_t kPassesForEstimate = 8;  // the spread of fewer passes s
 
 }  // namespace
 
+bool is_measured(std::uint32_t passes) { return passes % std::max(1u, std::bit_floor(passes) / 8) == 0; }
+
 const char* rule_met(const StopRule& stop, const Progress& progress) {
   if (stop.passes && progress.passes >= *stop.passes) return "passes";
   if (stop.seconds && progress.seconds >= *stop.seconds) return "seconds";
-  const bool estimated = progress.error.known && progress.passes >= kPassesForEstimate;
+  const bool estimated =
+      progress.error.known && progress.passes >= kPassesForEstimate && is_measured(progress.passes);
   if (stop.relative_error && estimated && progress.error.relative <= *stop.relative_error)
     return "relative_error";
   return nullptr;

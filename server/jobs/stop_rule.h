@@ -15,6 +15,11 @@ struct Progress {
   ErrorEstimate error;
 };
 
+/// Whether the error is to be measured after so many passes: after every one at first and then at every 1/8 of an
+/// octave. A fixed set, so that where a rendering stops by its error does not depend on the clock; and cheap for fast
+/// passes.
+bool is_measured(std::uint32_t passes);
+
 /// The member of StopRule that ends the rendering now ("passes", "seconds", "relative_error"), or null.
 const char* rule_met(const StopRule& stop, const Progress& progress);
 

@@ -88,6 +88,7 @@ struct JobRecord {
   std::optional<Plan> plan;
   std::uint32_t passes = 0;
   double seconds = 0;  ///< the job's own compute time
+  std::uint64_t rejected = 0;  ///< samples that were not finite or too large
   std::optional<ErrorEstimate> error;
   std::optional<double> eta_seconds;  ///< on the wall clock
   std::uint64_t map_hits = 0;
@@ -110,6 +111,7 @@ struct Event {
   std::uint64_t version = 0;
   std::uint32_t passes = 0;
   double seconds = 0;
+  std::uint64_t rejected = 0;
   std::optional<ErrorEstimate> error;
   std::optional<double> eta_seconds;
   std::uint64_t map_hits = 0;

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/cli/picture.h"
+#include "core/film/encode.h"
 #include "tests/cli/program.h"
 
 namespace photond::test {
@@ -11,8 +11,9 @@ namespace {
 void write_constant(const std::string& file, int width, int height, const Rgb& value) {
   Image image(width, height);
   for (Rgb& pixel : image.pixels) pixel = value;
-  const auto written = write_picture(file, image);
-  ASSERT_TRUE(written.ok()) << written.error().message;
+  const auto bytes = encode(image, ImageFormat::exr_float);
+  ASSERT_TRUE(bytes.ok()) << bytes.error().message;
+  write_text(file, std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
 }
 
 TEST(CompareCommandTest, MeasuresAKnownDifference) {

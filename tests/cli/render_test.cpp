@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/film/encode.h"
@@ -51,6 +52,11 @@ TEST_F(RenderCommandTest, WritesEveryFormatAndTheReport) {
   EXPECT_EQ(json["series"].size(), 4u);
   EXPECT_EQ(json["series"].back()["passes"], 4);
   EXPECT_GT(json["error"]["relative"], 0);
+  EXPECT_NEAR(std::hypot(json["error"]["noise"].get<double>(), json["error"]["bias"].get<double>()),
+              json["error"]["relative"], 1e-12);
+  EXPECT_EQ(json["error"]["few_passes"], true);
+  EXPECT_EQ(json["rejected_samples"], 0);
+  EXPECT_EQ(json["reference"], nullptr);
   EXPECT_GT(json["seconds"]["render"], 0);
   EXPECT_EQ(json["maps"]["built"], 4);
   EXPECT_EQ(json["maps"]["emitted_paths"], 4 * 5000);
@@ -91,6 +97,37 @@ TEST_F(RenderCommandTest, StopsByTimeAndByError) {
   ASSERT_EQ(run_photond(exact).code, 0);
   EXPECT_EQ(report()["stopped_by"], "relative_error");
   EXPECT_LE(report()["error"]["relative"], 0.2);
+}
+
+TEST_F(RenderCommandTest, ReportsTheTrueErrorAgainstAReference) {
+  const std::string reference = folder_.file("reference.exr");
+  const auto render = [&](const std::string& output, const std::string& passes, std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"render", scene_,     "-o",   output,     "--method",
+                                          "path",   "--passes", passes, "--report", report_};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_photond(arguments);
+  };
+  ASSERT_EQ(render(reference, "400", {"--size", "24x24", "--seed", "1"}).code, 0);
+  const Outcome run = render(exr_, "100", {"--size", "24x24", "--reference", reference});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.err.find(", true relMSE "), std::string::npos) << run.err;
+  const Outcome compared = run_photond({"compare", "--json", exr_, reference});
+  ASSERT_EQ(compared.code, 0) << "compare must read pictures with error layers: " << compared.err;
+  const double rel_mse = nlohmann::json::parse(compared.out)["rel_mse"];
+  const nlohmann::json json = report();
+  EXPECT_EQ(json["reference"]["rel_mse"], rel_mse);
+  EXPECT_EQ(json["series"].back()["passes"], 100);
+  EXPECT_EQ(json["series"].back()["rel_mse"], rel_mse);
+  EXPECT_GT(json["series"][0]["rel_mse"], rel_mse);
+  // Both pictures have noise: the reference a quarter of the variance. Within a factor of two, since a few pixels at the
+  // lamp's edges hold most of it.
+  const double estimated = 1.25 * std::pow(json["error"]["relative"].get<double>(), 2);
+  EXPECT_GT(estimated, rel_mse / 2);
+  EXPECT_LT(estimated, rel_mse * 2);
+
+  const Outcome smaller = render(exr_, "2", {"--reference", reference, "--size", "20x24"});
+  EXPECT_NE(smaller.code, 0);
+  EXPECT_NE(render(exr_, "2", {"--reference", folder_.file("none.exr")}).err.find("none.exr"), std::string::npos);
 }
 
 TEST_F(RenderCommandTest, AnInterruptWritesWhatThereIs) {

@@ -25,6 +25,16 @@ TEST(Usage, WrongCommandLinesExitWithTwoAndOneSentence) {
       {"render", "a.glb", "-o", "a.png", "--seconds", "nan"},
       {"render", "a.glb", "-o", "a.png", "--radius", "-1"},
       {"compare", "a.exr"},
+      {"task", "a.glb", "--passes", "0:4"},
+      {"task", "a.glb", "--out", "a.acc"},
+      {"task", "a.glb", "--out", "a.acc", "--passes", "4"},
+      {"task", "a.glb", "--out", "a.acc", "--passes", "4:4"},
+      {"task", "a.glb", "--out", "a.acc", "--passes", "-1:4"},
+      {"task", "a.glb", "--out", "a.acc", "--passes", "0:4294967296"},
+      {"task", "a.glb", "--out", "a.acc", "--passes", "0:4", "--photons", "0"},
+      {"merge", "a.acc"},
+      {"merge", "-o", "a.exr"},
+      {"merge", "a.acc", "-o", "a.acc"},
       {"info", "a.glb", "b.glb"},
       {"serve", "--port", "70000"},
       {"serve", "--map-cache-mb", "-1"},
@@ -50,7 +60,7 @@ TEST(Usage, SettingsOutOfRangeNameTheOption) {
 TEST(Usage, HelpAndVersionSucceed) {
   const Outcome help = run_photond({"--help"});
   EXPECT_EQ(help.code, 0);
-  for (const char* command : {"serve", "render", "info", "compare"}) {
+  for (const char* command : {"serve", "render", "task", "merge", "info", "compare"}) {
     EXPECT_NE(help.out.find(command), std::string::npos);
     EXPECT_EQ(run_photond({command, "--help"}).code, 0);
   }

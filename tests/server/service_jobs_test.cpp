@@ -23,6 +23,9 @@ TEST_F(ServiceTest, AJobRunsToAPicture) {
   EXPECT_GT(done["seconds"].get<double>(), 0);
   EXPECT_GT(done["first_frame_seconds"].get<double>(), 0);
   EXPECT_GT(done["error"]["relative"].get<double>(), 0);
+  EXPECT_EQ(done["error"]["noise"], done["error"]["relative"]) << "path tracing has no bias";
+  EXPECT_EQ(done["error"]["bias"], 0);
+  EXPECT_EQ(done["rejected_samples"], 0);
   EXPECT_GE(done["revision"].get<int>(), 2);
   EXPECT_TRUE(done["problem"].is_null());
 
@@ -31,6 +34,7 @@ TEST_F(ServiceTest, AJobRunsToAPicture) {
   ASSERT_EQ(exr.status, 200);
   const auto image = decode_exr(bytes_of(exr.body));
   ASSERT_TRUE(image.ok());
+  EXPECT_NE(exr.body.find("error.bound.R"), std::string::npos) << "the result carries its error";
   EXPECT_EQ(image->width, 16);
   EXPECT_EQ(image->height, 12);
   float brightest = 0;

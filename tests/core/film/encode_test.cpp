@@ -1,5 +1,7 @@
 #include "core/film/encode.h"
 
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,6 +42,38 @@ TEST(Encode, HalfExrRoundsAndStaysFinite) {
   // A half has 11 significant bits; values beyond its range become the largest.
   EXPECT_NEAR(back->at(5, 0).r, image.at(5, 0).r, image.at(5, 0).r / 2048);
   EXPECT_EQ(back->at(32, 16).b, 65504);
+}
+
+TEST(Encode, ExrCarriesTheErrorBesideThePicture) {
+  const Image image = gradient();
+  ErrorLayers error{gradient(), gradient(), gradient()};
+  error.noise.at(3, 2) = {0.25f, 0.5f, 1e-9f};
+  error.bias.at(3, 2) = {-4, 8, 16};
+  error.bound.at(3, 2) = {32, 64, 1e9f};
+  const auto bytes = encode_exr(image, error);
+  ASSERT_TRUE(bytes.ok()) << bytes.error().message;
+  const Result<Image> back = decode_exr(*bytes);
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(back->pixels, image.pixels);
+
+  OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes->data()), bytes->size());
+  const auto input = OIIO::ImageInput::open("memory.exr", nullptr, &reader);
+  ASSERT_TRUE(input);
+  const OIIO::ImageSpec spec = input->spec();
+  EXPECT_EQ(spec.nchannels, 12);
+  EXPECT_EQ(spec.format, OIIO::TypeFloat);
+  EXPECT_EQ(spec.get_int_attribute("openexr:lineOrder", -1), -1) << "increasing is the default: first row on top";
+  std::vector<float> values(image.pixels.size() * 12);
+  ASSERT_TRUE(input->read_image(0, 0, 0, 12, OIIO::TypeFloat, values.data()));
+  const auto value = [&](const char* channel) {
+    return values[image.index(3, 2) * 12 + static_cast<std::size_t>(spec.channelindex(channel))];
+  };
+  EXPECT_EQ(Rgb(value("error.noise.R"), value("error.noise.G"), value("error.noise.B")), error.noise.at(3, 2));
+  EXPECT_EQ(Rgb(value("error.bias.R"), value("error.bias.G"), value("error.bias.B")), error.bias.at(3, 2));
+  EXPECT_EQ(Rgb(value("error.bound.R"), value("error.bound.G"), value("error.bound.B")), error.bound.at(3, 2));
+
+  error.bias = Image(2, 2);
+  EXPECT_FALSE(encode_exr(image, error).ok());
 }
 
 TEST(Encode, PngIsSrgbWithTheFirstRowOnTop) {

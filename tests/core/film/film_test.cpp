@@ -62,7 +62,7 @@ void expect_equal(const Film& a, const Film& b) {
     EXPECT_EQ(a.open[i].passes, b.open[i].passes);
     EXPECT_TRUE(a.open[i].sum == b.open[i].sum);
   }
-  EXPECT_TRUE(film_mean(a).pixels == film_mean(b).pixels);
+  EXPECT_TRUE(film_picture(a).pixels == film_mean(b).pixels);
 }
 
 TEST(ExactSum, IsExactWhereDoublesAreNot) {
@@ -109,12 +109,12 @@ TEST(ExactSum, ABillionAdditionsLoseNothing) {
 
 TEST(Film, MeanOfPasses) {
   Film film(2, 1);
-  EXPECT_EQ(film_mean(film).pixels[0], Rgb(0));
+  EXPECT_EQ(film_picture(film).pixels[0], Rgb(0));
   add_pass(film, 0, constant(Rgb(1, 2, 3)));
   add_pass(film, 1, constant(Rgb(3, 2, 1)));
   EXPECT_EQ(film.pass_count(), 2u);
   EXPECT_EQ(film.passes, (std::vector<PassRange>{{0, 2}}));
-  EXPECT_EQ(film_mean(film).pixels[1], Rgb(2));
+  EXPECT_EQ(film_picture(film).pixels[1], Rgb(2));
 }
 
 TEST(Film, RejectsWhatIsNotFiniteOrTooLarge) {
@@ -125,8 +125,8 @@ TEST(Film, RejectsWhatIsNotFiniteOrTooLarge) {
     add_pass(film, film.pass_count(), pass);
   }
   EXPECT_EQ(film.rejected, 3u);
-  EXPECT_EQ(film_mean(film).pixels[0], Rgb(0));
-  EXPECT_EQ(film_mean(film).pixels[1], Rgb(1));
+  EXPECT_EQ(film_picture(film).pixels[0], Rgb(0));
+  EXPECT_EQ(film_picture(film).pixels[1], Rgb(1));
 }
 
 TEST(Film, BlocksCloseWhenTheirLastPassComes) {
