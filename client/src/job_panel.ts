@@ -84,14 +84,24 @@ function render_failure(job: Job): void {
 }
 
 function render_numbers(job: Job): void {
-  const { passes, seconds, relative_error } = job.stop;
+  const { passes, seconds } = job.stop;
   number('passes', format_count(job.passes), passes && `of ${format_count(passes)}`);
   number('seconds', format_seconds(job.seconds), seconds && `of ${format_seconds(seconds)}`);
-  number('error', job.error === null ? '–' : format_percent(job.error), relative_error && `to ${format_percent(relative_error)}`);
+  number('error', job.error === null ? '–' : format_percent(job.error), error_notes(job).join(', '));
   number('eta', job.eta_seconds === null ? '–' : format_seconds(job.eta_seconds), null);
   if (job.plan && !job.plan.uses_maps) number('maps', 'not needed', null);
   else number('maps', `${format_count(job.map_hits)} reused`, `${format_count(job.map_misses)} built`);
   number('first-frame', job.first_frame_seconds === null ? '–' : format_seconds(job.first_frame_seconds), null);
+}
+
+/** What the error aims at, what it is made of, and what it does not contain. */
+export function error_notes(job: Job): string[] {
+  const notes: string[] = [];
+  if (job.stop.relative_error) notes.push(`to ${format_percent(job.stop.relative_error)}`);
+  if (job.noise && job.bias) notes.push(`noise ${format_percent(job.noise)}`, `bias ${format_percent(job.bias)}`);
+  if (job.error !== null && job.plan?.biased) notes.push('noise only');
+  if (job.rejected_samples > 0) notes.push(`${format_count(job.rejected_samples)} samples rejected`);
+  return notes;
 }
 
 /** A number with what it is measured against in small. */

@@ -67,7 +67,12 @@ export interface JobNumbers {
   version: number;
   passes: number;
   seconds: number;
+  rejected_samples: number;
+  /** Relative: √(noise² + bias²). */
   error: number | null;
+  noise: number | null;
+  /** The part of the error that more passes remove slowly; 0 where the method has none. */
+  bias: number | null;
   eta_seconds: number | null;
   map_hits: number;
   map_misses: number;
@@ -143,7 +148,8 @@ const numbers = object({
   version: count,
   passes: count,
   seconds: number,
-  error: maybe(object({ relative: number })),
+  rejected_samples: count,
+  error: maybe(object({ relative: number, noise: number, bias: number })),
   eta_seconds: maybe(number),
   maps: object({ hits: count, misses: count }),
   revision: count,
@@ -151,7 +157,8 @@ const numbers = object({
 
 const parse_numbers: Parser<JobNumbers> = (value, pointer) => {
   const { maps, error, ...rest } = numbers(value, pointer);
-  return { ...rest, error: error?.relative ?? null, map_hits: maps.hits, map_misses: maps.misses };
+  const { relative, noise, bias } = error ?? { relative: null, noise: null, bias: null };
+  return { ...rest, error: relative, noise, bias, map_hits: maps.hits, map_misses: maps.misses };
 };
 
 const spec = object({ method, film: object({ width: count, height: count }), stop: stop_rule });

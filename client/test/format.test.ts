@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import { log_axis, log_ticks } from '../src/chart';
 import { format_count, format_lengths, format_percent, format_seconds } from '../src/format';
-import { progress_of } from '../src/job_panel';
+import { error_notes, progress_of } from '../src/job_panel';
 import { a_job } from './messages';
 
 describe('numbers for people', () => {
@@ -32,6 +32,22 @@ describe('progress_of', () => {
   it('is unknown before there is an error to compare, and whole at the end', () => {
     expect(progress_of(a_job({ error: null, stop: { ...rule, relative_error: 0.1 } }))).toBeNull();
     expect(progress_of(a_job({ state: 'succeeded', passes: 1 }))).toBe(1);
+  });
+});
+
+describe('error_notes', () => {
+  const rule = { passes: null, seconds: null, relative_error: null };
+  const plan = { method: 'photon_map' as const, biased: true, uses_maps: true, items: [] };
+
+  it('says what the error is made of where there is more than noise', () => {
+    expect(error_notes(a_job())).toEqual(['noise 24 %', 'bias 7.0 %']);
+    expect(error_notes(a_job({ bias: 0, stop: { ...rule, relative_error: 0.1 } }))).toEqual(['to 10 %']);
+    expect(error_notes(a_job({ error: null, noise: null, bias: null }))).toEqual([]);
+  });
+
+  it('says what it does not contain', () => {
+    expect(error_notes(a_job({ bias: 0, plan }))).toEqual(['noise only']);
+    expect(error_notes(a_job({ bias: 0, rejected_samples: 3 }))).toEqual(['3 samples rejected']);
   });
 });
 
