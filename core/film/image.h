@@ -27,6 +27,7 @@ struct Image {
 /// What one pass gives.
 struct PassImage {
   Image radiance;
+  std::uint64_t truncated = 0;  ///< paths cut at the depth limit: the light of longer ones is missing
   std::vector<Bands> bands;  ///< per pixel: what narrower photon radii add to `radiance`; empty without photons
 };
 

@@ -32,10 +32,9 @@ class RadianceWalk {
 
   RadianceSample run(const Ray& ray) {
     ray_ = ray;
-    for (depth_ = 0; depth_ < settings_.max_depth; ++depth_) {
-      if (!step()) break;
+    for (depth_ = 0; step(); ++depth_) {
     }
-    return {radiance_ + gathered_.widest, gathered_.bands};
+    return {radiance_ + gathered_.widest, gathered_.bands, truncated_};
   }
 
  private:
@@ -48,6 +47,11 @@ class RadianceWalk {
     const SurfacePoint surface = make_surface(scene_.scene, ray_, hit);
     throughput_ *= medium_.transmittance(surface, hit.t);
     add_emission(surface);
+    // The last bounce's light may be found here as well as by sampling it from there: only now the path is cut.
+    if (depth_ == settings_.max_depth) {
+      truncated_ = true;
+      return false;
+    }
     const Bsdf bsdf(scene_.scene, surface, -ray_.direction);
     const LobeMask gathered = settings_.technique == Technique::trace ? kNoLobe : gathered_lobes(bsdf);
     const LobeMask followed = bsdf.lobes() & ~gathered;
@@ -160,7 +164,9 @@ class RadianceWalk {
     RadianceSettings settings = settings_;
     settings.technique = Technique::nearest;
     RadianceWalk walk(scene_, settings, rng_, false);
-    return sample->weight * walk.run(spawn_ray(surface, sample->wi)).radiance;
+    const RadianceSample incoming = walk.run(spawn_ray(surface, sample->wi));
+    truncated_ = truncated_ || incoming.truncated;
+    return sample->weight * incoming.radiance;
   }
 
   bool follow(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask lobes) {
@@ -204,6 +210,7 @@ class RadianceWalk {
   std::uint32_t depth_ = 0;
   bool last_delta_ = true;
   float last_pdf_ = 0;
+  bool truncated_ = false;
   Vec3 last_position_{0};
 };
 

@@ -27,13 +27,14 @@ struct RadianceSettings {
   float pixel_width = 0;                 ///< density: a pixel's footprint in metres is pixel_width
   float pixel_spread = 0;                ///<   + pixel_spread · the path's length
   std::uint32_t nearest = 64;            ///< k
-  std::uint32_t max_depth = 65'536;      ///< vertices of a path
+  std::uint32_t max_depth = 65'536;      ///< bounces of a path
 };
 
 /// An estimate of radiance in W·m⁻²·sr⁻¹.
 struct RadianceSample {
   Rgb radiance{0};   ///< with the widest radius where photons take part
   Bands bands;       ///< density: what the narrower radii add to `radiance`
+  bool truncated = false;   ///< the path was cut after max_depth bounces: the light of longer ones is missing
 };
 
 /// The radiance arriving along −ray.direction at ray.origin. Unbiased for Technique::trace; otherwise with the bias

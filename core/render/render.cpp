@@ -1,5 +1,6 @@
 #include "core/render/render.h"
 
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 
@@ -79,8 +80,9 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
   const int width = task.settings.width;
   const int height = task.settings.height;
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
-  PassImage image{.radiance = Image(width, height), .bands = {}};
+  PassImage image{.radiance = Image(width, height)};
   if (settings.technique == Technique::density) image.bands.resize(image.radiance.pixels.size());
+  std::atomic<std::uint64_t> truncated{0};
   parallel_for(execution, image.radiance.pixels.size(), 256, [&](std::size_t i) {
     CameraSampler sampler(task.settings.seed, pass, i);
     const Vec2 jitter = sampler.next2();
@@ -90,9 +92,11 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
     const RadianceSample sample =
         estimate_incoming(*task.scene, settings, camera_ray(task.camera, film, aspect), sampler);
     image.radiance.pixels[i] = sample.radiance;
+    if (sample.truncated) truncated.fetch_add(1, std::memory_order_relaxed);
     if (!image.bands.empty()) image.bands[i] = sample.bands;
   });
   if (execution.cancelled()) return cancelled();
+  image.truncated = truncated;
   return image;
 }
 

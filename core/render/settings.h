@@ -24,7 +24,7 @@ struct RenderSettings {
   std::uint64_t seed = 0;
   float radius = 0;                          ///< first gather radius in metres; 0: chosen by the pilot
   std::uint32_t gather_photons = 64;         ///< k of the k-nearest estimate (photon_map), 1 … 4096
-  std::uint32_t max_depth = 65'536;          ///< vertices of a path; what is cut is counted as truncated
+  std::uint32_t max_depth = 65'536;          ///< bounces of a path; those cut are counted: Image::truncated
 };
 
 /// When a job is done: at whichever comes first. At least one must be set.
