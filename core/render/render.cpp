@@ -51,12 +51,14 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
 Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, const Camera& camera,
                                     const PhotonSettings& photons, const RenderSettings& settings,
                                     const Execution& execution) {
+  Camera moved = camera;
+  moved.to_world[3] -= scene->scene.origin;
   StopRule any;
   any.passes = 1;
   if (Status status = check_settings(photons, settings, any); !status) return status.error();
   Result<Plan> plan = make_plan(*scene, settings, execution);
   if (!plan) return plan.error();
-  RenderTask task{std::move(scene), camera, photons, settings, std::move(plan).value(), nullptr};
+  RenderTask task{std::move(scene), std::move(moved), photons, settings, std::move(plan).value(), nullptr};
   if (task.plan.method == Method::progressive) {
     auto guide = make_gather_guide(*task.scene, photons, execution);
     if (!guide) return guide.error();

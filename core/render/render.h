@@ -20,14 +20,14 @@ namespace photond {
 /// Everything that determines a picture. Immutable while it renders; shared with whoever reports on it.
 struct RenderTask {
   std::shared_ptr<const PreparedScene> scene;
-  Camera camera;
+  Camera camera;             ///< relative to Scene::origin
   PhotonSettings photons;
   RenderSettings settings;
   Plan plan;                 ///< of make_plan(*scene, settings)
   std::shared_ptr<const GatherGuide> guide;   ///< null where no radius is to be chosen
 };
 
-/// Checks the settings and makes the plan. Traces a small pilot where the plan needs one (radius), so it may
+/// Checks the settings and makes the plan. `camera` stands in the file's coordinates. Traces a small pilot where the plan needs one (radius), so it may
 /// take some milliseconds to a second; errors: bad settings, cancelled.
 Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, const Camera& camera,
                                     const PhotonSettings& photons, const RenderSettings& settings,

@@ -30,6 +30,8 @@ SceneReport make_report(const Scene& scene) {
     report.texture_pixels += static_cast<std::uint64_t>(image.width) * static_cast<std::uint64_t>(image.height);
   }
   report.bounds = world_bounds(scene);
+  report.bounds.min += scene.origin;
+  report.bounds.max += scene.origin;
   report.environment = scene.environment.radiance;
   for (const Camera& camera : scene.cameras) {
     report.cameras.push_back({camera.name, camera.orthographic, camera.orthographic ? 0 : camera.yfov,

@@ -87,6 +87,8 @@ struct Scene {
   std::vector<PunctualLight> lights;
   std::vector<Camera> cameras;      ///< never empty after read_gltf
   Environment environment;
+  Vec3 origin{0};                   ///< where instances and lights have their origin in the file's coordinates, which
+                                    ///< the cameras keep; not zero only where `prepare` has moved a far scene
   std::vector<std::string> warnings;  ///< each names its place: "materials[2]: KHR_materials_sheen ignored"
 };
 

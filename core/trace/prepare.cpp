@@ -26,6 +26,18 @@ void move_to_world(Mesh& mesh, const Affine& m) {
   }
 }
 
+// Floats far from the origin are coarse, for rays more than for the places of things: a scene whose distance exceeds
+// its size by this factor, and so loses four of 24 bits, is moved to the origin.
+constexpr float kFar = 16;
+
+void recentre(Scene& scene) {
+  const Bounds3 bounds = world_bounds(scene);
+  if (bounds.empty() || max_component(glm::abs(bounds.center())) <= kFar * bounds.radius()) return;
+  scene.origin = bounds.center();
+  for (Instance& instance : scene.instances) instance.to_world[3] -= scene.origin;
+  for (PunctualLight& light : scene.lights) light.position -= scene.origin;
+}
+
 // A mesh placed once is put there for good: its rays and shading need no transform.
 void place_single_meshes(Scene& scene) {
   const std::vector<std::uint32_t> uses = mesh_uses(scene);
@@ -69,6 +81,7 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
   auto prepared = std::make_shared<PreparedScene>();
   prepared->digest = scene_digest(scene);
   prepared->scene = std::move(scene);
+  recentre(prepared->scene);
   place_single_meshes(prepared->scene);
   make_vertices(prepared->scene);
   prepared->bounds = world_bounds(prepared->scene);

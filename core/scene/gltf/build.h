@@ -57,6 +57,9 @@ Status build_nodes(Build& build);
 /// Adds a camera and a light where the file has none, each with a warning.
 void add_defaults(Build& build);
 
+/// Warns where the scene is so far from the origin that floats round its shapes.
+void warn_of_far_scene(Build& build);
+
 /// Warns of everything in the file that changes the picture and is not read.
 void warn_of_ignored(Build& build);
 

@@ -1,6 +1,7 @@
 // What a file leaves open, and what photond leaves out.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <set>
 
 #include "core/scene/gltf/build.h"
@@ -58,6 +59,19 @@ void add_defaults(Build& build) {
     scene.environment.radiance = Rgb(1);
     build.warnings.add("the file has no light: a uniform white environment lights the scene", "lights");
   }
+}
+
+void warn_of_far_scene(Build& build) {
+  // A ten-thousandth of the scene's size: a tenth of a pixel in a picture of a thousand.
+  static constexpr float kCoarse = 1e-4f;
+  const Bounds3 bounds = world_bounds(build.scene);
+  if (bounds.empty()) return;
+  const float rounding = 0x1p-23f * std::max(max_component(glm::abs(bounds.min)), max_component(glm::abs(bounds.max)));
+  if (!(rounding > kCoarse * bounds.radius())) return;
+  char text[128];
+  std::snprintf(text, sizeof text, "the scene lies far from the origin: positions are rounded to %.2g m, and it is %.2g m large",
+                static_cast<double>(rounding), static_cast<double>(2 * bounds.radius()));
+  build.warnings.add(text, "nodes");
 }
 
 void warn_of_ignored(Build& build) {

@@ -24,6 +24,7 @@ Result<Scene> build_scene(const gltf::Parsed& parsed, const ResourceReader& reso
   if (build.scene.instances.empty()) return invalid_input("the scene contains no triangles", "scenes");
   if (Status s = check_extent(build.scene); !s) return s.error();
   gltf::warn_of_ignored(build);
+  gltf::warn_of_far_scene(build);
   gltf::add_defaults(build);
   build.scene.warnings = build.warnings.lines();
   return std::move(build.scene);
