@@ -1,5 +1,10 @@
 #include "core/trace/prepare.h"
 
+#include <algorithm>
+#include <array>
+#include <set>
+#include <string>
+
 #include "core/math/transform.h"
 
 namespace photond {
@@ -59,6 +64,59 @@ void make_vertices(Scene& scene) {
   }
 }
 
+// The corners from the least one on, in the triangle's own direction; in any direction where both sides shine.
+using Corners = std::array<std::array<float, 3>, 3>;
+Corners canonical_corners(const Mesh& mesh, const glm::uvec3& triangle, bool double_sided) {
+  Corners corners;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3& p = mesh.positions[triangle[i]];
+    corners[static_cast<std::size_t>(i)] = {p.x, p.y, p.z};
+  }
+  if (double_sided) {
+    std::sort(corners.begin(), corners.end());
+  } else {
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+  }
+  return corners;
+}
+
+bool emissive(const Scene& scene, const Mesh& mesh) { return scene.materials[mesh.material].emissive(); }
+
+// A lamp that lies twice in one place shines once. Placements of one mesh with one transform: the first is kept.
+std::size_t drop_repeated_lamps(Scene& scene) {
+  std::set<std::pair<std::uint32_t, std::array<float, 12>>> seen;
+  return std::erase_if(scene.instances, [&](const Instance& instance) {
+    if (!emissive(scene, scene.meshes[instance.mesh])) return false;
+    std::array<float, 12> transform;
+    for (int i = 0; i < 12; ++i) transform[static_cast<std::size_t>(i)] = instance.to_world[i / 3][i % 3];
+    return !seen.emplace(instance.mesh, transform).second;
+  });
+}
+
+// Emissive triangles that coincide, within a mesh or among the meshes placed once, which stand in the world: the first
+// is kept.
+std::size_t drop_coincident_emitters(Scene& scene) {
+  const std::vector<std::uint32_t> uses = mesh_uses(scene);
+  std::set<Corners> world;
+  std::size_t dropped = 0;
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+    Mesh& mesh = scene.meshes[i];
+    if (!emissive(scene, mesh) || uses[i] == 0) continue;
+    std::set<Corners> own;
+    std::set<Corners>& seen = uses[i] == 1 ? world : own;
+    const bool double_sided = scene.materials[mesh.material].double_sided;
+    dropped += std::erase_if(mesh.triangles, [&](const glm::uvec3& t) {
+      return !seen.insert(canonical_corners(mesh, t, double_sided)).second;
+    });
+  }
+  std::erase_if(scene.instances, [&](const Instance& i) { return scene.meshes[i.mesh].triangles.empty(); });
+  return dropped;
+}
+
+void warn_of_dropped(Scene& scene, std::size_t dropped) {
+  if (dropped > 0) scene.warnings.push_back("emitters that coincide with others are left out: " + std::to_string(dropped));
+}
+
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
@@ -82,7 +140,10 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
   prepared->digest = scene_digest(scene);
   prepared->scene = std::move(scene);
   recentre(prepared->scene);
+  std::size_t dropped = drop_repeated_lamps(prepared->scene);
   place_single_meshes(prepared->scene);
+  dropped += drop_coincident_emitters(prepared->scene);
+  warn_of_dropped(prepared->scene, dropped);
   make_vertices(prepared->scene);
   prepared->bounds = world_bounds(prepared->scene);
   for (const Instance& instance : prepared->scene.instances) {
