@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/photon/shoot.h"
 #include "core/trace/medium.h"
 
 namespace photond {
@@ -17,10 +18,19 @@ struct Features {
   bool alpha = false;
   bool rough_gather = false;
   bool bounded_light = false;   // any light but the environment
+  bool surfaces = false;
+  bool receivers = false;       // surfaces that gather photons
 };
 
 std::string label(const Material& material) {
   return material.name.empty() ? "an unnamed material" : "material '" + material.name + "'";
+}
+
+// Whether photons may be gathered on it: neither clear glass nor polished metal all over.
+bool gathers(const Material& m) {
+  if (m.transmission == 1 && !m.transmission_texture.used()) return false;
+  const bool metal = m.metallic == 1 && !m.metallic_roughness_texture.used();
+  return !metal || m.roughness * m.roughness >= kGatherAlpha;
 }
 
 void note_material(const Material& m, Features& features) {
@@ -34,6 +44,8 @@ void note_material(const Material& m, Features& features) {
   features.absorption = features.absorption || (m.transmission > 0 && Medium::absorbs(m));
   features.alpha = features.alpha || m.alpha_mode != AlphaMode::opaque;
   features.bounded_light = features.bounded_light || m.emissive();
+  features.receivers = features.receivers || gathers(m);
+  features.surfaces = true;
 }
 
 Features find_features(const Scene& scene) {
@@ -46,6 +58,15 @@ Features find_features(const Scene& scene) {
     seen[material] = true;
   }
   return features;
+}
+
+// What the scene lacks, so that nobody looks for the mistake in the picture.
+void add_lacks(const Features& features, bool lit, std::vector<PlanItem>& items) {
+  if (!lit) items.push_back({"light", false, "nothing shines: the picture is black"});
+  if (!features.surfaces) items.push_back({"surfaces", false, "no surface: only light from infinity is seen"});
+  if (features.surfaces && !features.receivers) {
+    items.push_back({"receivers", false, "no surface gathers photons: all are clear glass or polished metal"});
+  }
 }
 
 PlanItem choose_method(const Features& features, Method& method) {
@@ -85,6 +106,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                         features.alpha ? "a material is masked or blended" : "every material is opaque"});
   const bool environment = scene.scene.environment.active();
   plan.items.push_back({"environment", environment, environment ? "the scene is lit from around" : "no environment"});
+  add_lacks(features, !scene.lights.empty(), plan.items);
   return plan;
 }
 
