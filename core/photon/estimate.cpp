@@ -15,7 +15,7 @@ constexpr float kMinNormalCos = 0.5f;
 // Bound of |wi·ns|/|wi·ng|, which grows without limit at grazing incidence on interpolated normals.
 constexpr float kMaxNormalFactor = 8.0f;
 
-constexpr std::uint32_t kLanes = PhotonLeaf::kSize;
+constexpr std::uint32_t kLeaf = PhotonLeaf::kSize;
 template <class T>
 using Lanes = PhotonLeaf::Lanes<T>;
 
@@ -31,7 +31,7 @@ struct Disc {
     const float inverse = 1 / radius_sq;
     constexpr float kBelowOne = 0x1.fffffep-1f;   // the product may round up to 1
     Lanes<float> t;
-    for (std::uint32_t i = 0; i < kLanes; ++i) {
+    for (std::uint32_t i = 0; i < kLeaf; ++i) {
       const bool on_disc = d[i] < radius_sq && glm::dot(decode_normal(leaf.normal[i]), normal) >= kMinNormalCos &&
                            glm::dot(octahedral_vector(leaf.direction[i]), normal) > 0;
       t[i] = on_disc ? std::min(d[i] * inverse, kBelowOne) : 1;
@@ -54,7 +54,7 @@ struct LaneSums {
   Lanes<std::uint32_t> count{};
 
   void add(const PhotonLeaf& leaf, const Lanes<float>& t) {
-    for (std::uint32_t i = 0; i < kLanes; ++i) {
+    for (std::uint32_t i = 0; i < kLeaf; ++i) {
       const Weights weights(t[i]);
       count[i] += t[i] < 1 ? 1 : 0;
       for (int c = 0; c < 3; ++c) {
@@ -116,8 +116,8 @@ Sums sum_reflected(const PhotonMap& map, const Disc& disc, const Reflected& refl
   map.tree().query(disc.center, disc.radius_sq, [&](std::span<const std::uint32_t> leaves) {
     for (const std::uint32_t leaf : leaves) {
       const Lanes<float> t = disc.relative_distances_sq(map.leaf(leaf));
-      for (std::uint32_t i = 0; i < kLanes; ++i) {
-        if (t[i] < 1) sums.add(reflected(leaf * kLanes + i), t[i]);
+      for (std::uint32_t i = 0; i < kLeaf; ++i) {
+        if (t[i] < 1) sums.add(reflected(leaf * kLeaf + i), t[i]);
       }
     }
   });
@@ -146,7 +146,7 @@ class Nearest {
   Nearest(const Vec3& center, std::uint32_t k, float radius_sq) : center_(center), k_(k), radius_sq_(radius_sq) {}
 
   void add(const PhotonLeaf& leaf) {
-    if (count_ + kLanes > found_.size()) keep_k();
+    if (count_ + kLeaf > found_.size()) keep_k();
     for (const float d : leaf.distances_sq(center_)) {
       found_[count_] = d;
       count_ += d < radius_sq_ ? 1 : 0;
@@ -218,7 +218,7 @@ float nearest_radius_sq(const PhotonMap& map, const Vec3& center, std::uint32_t 
   assert(k >= 1 && k <= kMaxNearest);
   if (map.size() < k) return max_radius_sq;
   Nearest nearest(center, k, max_radius_sq);
-  const std::uint32_t window = kWindow * k / kLanes + 4;
+  const std::uint32_t window = kWindow * k / kLeaf + 4;
   const std::uint32_t near = map.near_leaf(center);
   const std::uint32_t begin = near - std::min(near, window / 2);
   const std::uint32_t end = std::min(begin + window, map.leaf_count());

@@ -13,7 +13,7 @@ constexpr float kMinNormalCos = 0.5f;
 // Bound of |wi·ns|/|wi·ng|, which grows without limit at grazing incidence on interpolated normals.
 constexpr float kMaxNormalFactor = 8.0f;
 
-constexpr std::uint32_t kLanes = PhotonLeaf::kSize;
+constexpr std::uint32_t kLeaf = PhotonLeaf::kSize;
 template <class T>
 using Lanes = PhotonLeaf::Lanes<T>;
 
@@ -43,7 +43,7 @@ struct Kernels {
     const Lanes<float> d = leaf.distances_sq(center);
     const float inverse = 1 / radius_sq;
     Lanes<float> t;
-    for (std::uint32_t i = 0; i < kLanes; ++i) {
+    for (std::uint32_t i = 0; i < kLeaf; ++i) {
       const float turned = glm::dot(decode_normal(leaf.normal[i]), normal);
       t[i] = (d[i] < radius_sq) & (turned >= kMinNormalCos) ? d[i] * inverse : 1;
     }
@@ -53,11 +53,11 @@ struct Kernels {
 
   void drop_beyond_reach(const PhotonLeaf& leaf, Lanes<float>& t) const {
     Lanes<float> limit_sq, across_sq;
-    for (std::uint32_t i = 0; i < kLanes; ++i) {
+    for (std::uint32_t i = 0; i < kLeaf; ++i) {
       const Vec3 offset(leaf.x[i] - center.x, leaf.y[i] - center.y, leaf.z[i] - center.z);
       limit_sq[i] = reach->limit_sq(offset, across_sq[i]);
     }
-    for (std::uint32_t i = 0; i < kLanes; ++i) t[i] = across_sq[i] < limit_sq[i] ? t[i] : 1;
+    for (std::uint32_t i = 0; i < kLeaf; ++i) t[i] = across_sq[i] < limit_sq[i] ? t[i] : 1;
   }
 };
 
@@ -69,7 +69,7 @@ struct Sums {
   // `value`: flux times BSDF of the leaf's photons, channel by channel.
   void add(const Kernels& kernels, const Lanes<float>& t, const std::array<Lanes<float>, 3>& value) {
     Lanes<float> value_sq;
-    for (std::uint32_t i = 0; i < kLanes; ++i) {
+    for (std::uint32_t i = 0; i < kLeaf; ++i) {
       value_sq[i] = value[0][i] * value[0][i] + value[1][i] * value[1][i] + value[2][i] * value[2][i];
     }
     const float nearest = *std::min_element(t.begin(), t.end());
@@ -78,16 +78,16 @@ struct Sums {
       const bool reached = nearest * area_factor(k) < 1;
       Lanes<float> weight{};
       if (reached) {
-        for (std::uint32_t i = 0; i < kLanes; ++i) {
+        for (std::uint32_t i = 0; i < kLeaf; ++i) {
           const float inside = 1 - t[i] * area_factor(k);
           weight[i] = (inside > 0 ? inside : 0) * kernels.height[k];
         }
         for (int c = 0; c < 3; ++c) {
-          for (std::uint32_t i = 0; i < kLanes; ++i) level[k][c][i] += weight[i] * value[c][i];
+          for (std::uint32_t i = 0; i < kLeaf; ++i) level[k][c][i] += weight[i] * value[c][i];
         }
       }
       if (k > 0) {
-        for (std::uint32_t i = 0; i < kLanes; ++i) {
+        for (std::uint32_t i = 0; i < kLeaf; ++i) {
           const float step = weight[i] - wider[i];
           square[k - 1][i] += step * step * value_sq[i];
         }
@@ -117,7 +117,7 @@ struct Sums {
 std::array<Lanes<float>, 3> fluxes(const PhotonLeaf& leaf) {
   std::array<Lanes<float>, 3> flux;
   for (int c = 0; c < 3; ++c) {
-    for (std::uint32_t i = 0; i < kLanes; ++i) flux[c][i] = decode_flux(leaf.flux[c][i]);
+    for (std::uint32_t i = 0; i < kLeaf; ++i) flux[c][i] = decode_flux(leaf.flux[c][i]);
   }
   return flux;
 }
@@ -144,7 +144,7 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
   }
   for_leaves(map, kernels, [&](const PhotonLeaf& leaf, const Lanes<float>& t) {
     std::array<Lanes<float>, 3> value{};
-    for (std::uint32_t i = 0; i < kLanes; ++i) {
+    for (std::uint32_t i = 0; i < kLeaf; ++i) {
       if (!(t[i] < 1)) continue;
       const Vec3 wi = decode_direction(leaf.direction[i]);
       if (!(glm::dot(wi, surface.ng) > 0)) continue;   // a neighbouring facet's, from behind this one

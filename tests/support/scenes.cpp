@@ -3,6 +3,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/math/frame.h"
+
 namespace photond::test {
 
 Material lambert(const Rgb& albedo) {
@@ -105,6 +107,29 @@ Mesh sphere(const Vec3& center, float radius, int rings) {
   return mesh;
 }
 
+Mesh disk(const Vec3& center, const Vec3& normal, float radius, int segments) {
+  const Frame frame(normal);
+  Mesh mesh;
+  mesh.positions.push_back(center);
+  for (int i = 0; i < segments; ++i) {
+    const float phi = 2 * kPi * static_cast<float>(i) / static_cast<float>(segments);
+    mesh.positions.push_back(center + radius * (std::cos(phi) * frame.s + std::sin(phi) * frame.t));
+    mesh.triangles.push_back({0, static_cast<std::uint32_t>(i + 1), static_cast<std::uint32_t>((i + 1) % segments + 1)});
+  }
+  return mesh;
+}
+
+Mesh faceted(Mesh mesh) {
+  mesh.normals.clear();
+  return mesh;
+}
+
+Mesh inside_out(Mesh mesh) {
+  for (Vec3& n : mesh.normals) n = -n;
+  for (glm::uvec3& t : mesh.triangles) std::swap(t.y, t.z);
+  return mesh;
+}
+
 void add_point_light(Scene& scene, const Vec3& position, const Rgb& intensity) {
   PunctualLight light;
   light.position = position;
@@ -116,6 +141,27 @@ std::shared_ptr<const PreparedScene> prepared(Scene scene) {
   auto result = prepare(std::move(scene), Execution{});
   assert(result.ok());
   return std::move(result).value();
+}
+
+std::shared_ptr<const PreparedScene> busy_room() {
+  Scene scene = empty_scene();
+  add_mesh(scene, box({-2, -2, 0}, {2, 2, 3}, true), add_material(scene, lambert({0.8f, 0.5f, 0.3f})));
+  scene.meshes[0].triangles.resize(10);  // one side is open
+  Material coated;
+  coated.metallic = 0.2f;
+  coated.roughness = 0.3f;
+  add_mesh(scene, sphere({-1, 0, 0.6f}, 0.5f), add_material(scene, coated));
+  Material amber = glass(1.5f);
+  amber.roughness = 0.2f;
+  amber.attenuation_color = {0.9f, 0.5f, 0.1f};
+  amber.attenuation_distance = 0.5f;
+  add_mesh(scene, sphere({1, 0, 0.6f}, 0.5f), add_material(scene, amber));
+  add_mesh(scene, sphere({0, 1, 0.6f}, 0.5f), add_material(scene, mirror(Rgb(0.9f))));
+  add_mesh(scene, parallelogram({-0.5f, -0.5f, 2.9f}, {0, 1, 0}, {1, 0, 0}),
+                 add_material(scene, emitter({5, 4, 3})));
+  add_point_light(scene, {0, -1, 2}, {3, 3, 6});
+  scene.environment.radiance = Rgb(0.2f);
+  return prepared(std::move(scene));
 }
 
 const Workers& workers() {

@@ -93,9 +93,13 @@ Sample draw(std::uint64_t count, const std::function<double(Rng&)>& value, std::
   return sample;
 }
 
+double normal_equivalent(double t, double degrees) {
+  return (8 * degrees + 1) / (8 * degrees + 3) * std::sqrt(degrees * std::log1p(t * t / degrees));
+}
+
 bool agrees(const Sample& sample, double expected) {
   // Rounding of float estimates adds up to a few parts in a million.
-  return std::abs(sample.mean - expected) <= 4.1 * sample.standard_error() + 3e-6 * std::abs(expected);
+  return std::abs(sample.mean - expected) <= kSigmas * sample.standard_error() + 3e-6 * std::abs(expected);
 }
 
 }  // namespace photond::test

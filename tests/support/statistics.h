@@ -39,7 +39,14 @@ struct Sample {
 /// Draws `count` values.
 Sample draw(std::uint64_t count, const std::function<double(Rng&)>& value, std::uint64_t seed = 1);
 
-/// Whether the mean agrees with `expected` at kSignificance (4.1 standard errors).
+/// kSignificance in standard deviations of a normal distribution, both sides together.
+inline constexpr double kSigmas = 4.1;
+
+/// The normal deviate as improbable as Student's `t` with `degrees` of freedom [Wallace 1959]: the fewer the draws,
+/// the less their spread tells of the true one.
+double normal_equivalent(double t, double degrees);
+
+/// Whether the mean agrees with `expected` at kSignificance (kSigmas standard errors).
 bool agrees(const Sample& sample, double expected);
 
 }  // namespace photond::test

@@ -17,43 +17,9 @@ MapKey key(std::uint32_t photons, std::uint32_t pass = 0) {
   return k;
 }
 
-// An open room with every kind of material and light.
-std::shared_ptr<const PreparedScene> busy_room() {
-  Scene scene = test::empty_scene();
-  test::add_mesh(scene, test::box({-2, -2, 0}, {2, 2, 3}, true), test::add_material(scene, test::lambert({0.8f, 0.5f, 0.3f})));
-  scene.meshes[0].triangles.resize(10);  // one side is open
-  Material coated;
-  coated.metallic = 0.2f;
-  coated.roughness = 0.3f;
-  test::add_mesh(scene, test::sphere({-1, 0, 0.6f}, 0.5f), test::add_material(scene, coated));
-  Material amber = test::glass(1.5f);
-  amber.roughness = 0.2f;
-  amber.attenuation_color = {0.9f, 0.5f, 0.1f};
-  amber.attenuation_distance = 0.5f;
-  test::add_mesh(scene, test::sphere({1, 0, 0.6f}, 0.5f), test::add_material(scene, amber));
-  test::add_mesh(scene, test::sphere({0, 1, 0.6f}, 0.5f), test::add_material(scene, test::mirror(Rgb(0.9f))));
-  test::add_mesh(scene, test::parallelogram({-0.5f, -0.5f, 2.9f}, {0, 1, 0}, {1, 0, 0}),
-                 test::add_material(scene, test::emitter({5, 4, 3})));
-  test::add_point_light(scene, {0, -1, 2}, {3, 3, 6});
-  scene.environment.radiance = Rgb(0.2f);
-  return test::prepared(std::move(scene));
-}
-
-TEST(PhotonMaps, EnergyLedgerCloses) {
-  const auto scene = busy_room();
-  const auto maps = build_photon_maps(*scene, key(50'000), test::workers().execution());
-  ASSERT_TRUE(maps.ok());
-  const EnergyLedger& e = (*maps)->ledger;
-  EXPECT_GT(e.absorbed, 0);
-  EXPECT_GT(e.escaped, 0);
-  EXPECT_NEAR((e.absorbed + e.escaped + e.truncated + e.rejected) / e.emitted, 1, 1e-6);
-  EXPECT_EQ(e.rejected, 0);
-  EXPECT_EQ(e.truncated, 0);
-}
-
 // Emission is drawn in proportion to power, so the mean flux of the paths is the total power.
 TEST(PhotonMaps, EmitsThePowerOfTheLights) {
-  const auto scene = busy_room();
+  const auto scene = test::busy_room();
   test::Sample emitted;
   for (std::uint32_t pass = 0; pass < 30; ++pass) {
     emitted.add((*build_photon_maps(*scene, key(5000, pass), test::workers().execution()))->ledger.emitted);
@@ -62,7 +28,7 @@ TEST(PhotonMaps, EmitsThePowerOfTheLights) {
 }
 
 TEST(PhotonMaps, BitsDoNotDependOnTheThreads) {
-  const auto scene = busy_room();
+  const auto scene = test::busy_room();
   const auto serial = *build_photon_maps(*scene, key(20'000), Execution{});
   const auto parallel = *build_photon_maps(*scene, key(20'000), test::workers().execution());
   ASSERT_EQ(serial->global.size(), parallel->global.size());
@@ -77,14 +43,14 @@ TEST(PhotonMaps, BitsDoNotDependOnTheThreads) {
 }
 
 TEST(PhotonMaps, PassesDiffer) {
-  const auto scene = busy_room();
+  const auto scene = test::busy_room();
   const auto a = *build_photon_maps(*scene, key(2000, 0), Execution{});
   const auto b = *build_photon_maps(*scene, key(2000, 1), Execution{});
   EXPECT_NE(a->ledger.absorbed, b->ledger.absorbed);
 }
 
 TEST(PhotonMaps, CancelledBuildsSaySo) {
-  const auto scene = busy_room();
+  const auto scene = test::busy_room();
   std::stop_source stop;
   stop.request_stop();
   const auto maps = build_photon_maps(*scene, key(1'000'000), test::workers().execution(stop.get_token()));
@@ -110,25 +76,6 @@ TEST(PhotonMaps, TellsCausticsFromTheRest) {
   double flux = 0;
   for (std::uint32_t i = 0; i < maps->caustic.size(); ++i) flux += maps->caustic.flux(i).x / 10'000;
   EXPECT_LT(flux, flux_to_floor);
-}
-
-TEST(PhotonMaps, SceneWithoutReceiversTerminatesEmpty) {
-  Scene scene = test::empty_scene();
-  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, true), test::add_material(scene, test::mirror(Rgb(1))));
-  test::add_point_light(scene, {0.1f, 0.2f, 0.3f}, Rgb(1));
-  const auto prepared = test::prepared(std::move(scene));
-  const auto maps = *build_photon_maps(*prepared, key(200), Execution{});
-  EXPECT_EQ(maps->global.size() + maps->caustic.size(), 0u);
-  const EnergyLedger& e = maps->ledger;
-  EXPECT_NEAR((e.absorbed + e.escaped + e.truncated + e.rejected) / e.emitted, 1, 1e-6);
-}
-
-TEST(PhotonMaps, SceneWithoutLightsIsDark) {
-  Scene scene = test::empty_scene();
-  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}), test::add_material(scene, test::lambert(Rgb(1))));
-  const auto maps = *build_photon_maps(*test::prepared(std::move(scene)), key(200), Execution{});
-  EXPECT_EQ(maps->global.size(), 0u);
-  EXPECT_EQ(maps->ledger.emitted, 0);
 }
 
 // Closed mesh: rays from inside never get out.

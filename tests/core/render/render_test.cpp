@@ -1,0 +1,42 @@
+#include "core/render/render.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/scenes.h"
+
+namespace photond {
+namespace {
+
+TEST(RenderPass, BitsDoNotDependOnTheThreads) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 6}, true),
+                 test::add_material(scene, test::lambert({0.7f, 0.5f, 0.4f})));
+  test::add_mesh(scene, test::sphere({0, -0.4f, 0}, 0.5f), test::add_material(scene, test::glass(1.5f)));
+  test::add_mesh(scene, test::parallelogram({-0.3f, 0.9f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}),
+                 test::add_material(scene, test::emitter(Rgb(10))));
+  const auto prepared = test::prepared(std::move(scene));
+  PhotonSettings photons;
+  photons.photons_per_pass = 30'000;
+  for (const Method method : {Method::path, Method::photon_map, Method::progressive}) {
+    RenderSettings settings;
+    settings.method = method;
+    settings.width = 40;
+    settings.height = 30;
+    std::vector<Image> images;
+    const Workers two(2);
+    const Workers other(2);
+    for (const Execution& execution : {Execution{}, two.execution(), other.execution()}) {
+      const auto task = make_render_task(prepared, prepared->scene.cameras[0], photons, settings, execution);
+      ASSERT_TRUE(task.ok());
+      const MapSource maps = [&](const MapKey& key, const Execution& e) { return build_photon_maps(*prepared, key, e); };
+      auto image = render_pass(*task, 3, maps, execution);
+      ASSERT_TRUE(image.ok());
+      images.push_back(std::move(image).value());
+    }
+    EXPECT_EQ(images[0].pixels, images[1].pixels) << method_name(method);
+    EXPECT_EQ(images[0].pixels, images[2].pixels) << method_name(method);
+  }
+}
+
+}  // namespace
+}  // namespace photond

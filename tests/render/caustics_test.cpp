@@ -1,0 +1,466 @@
+// Light by way of mirrors and glass, where the way can be unfolded.
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "core/photon/estimate.h"
+#include "core/trace/microfacet.h"
+#include "tests/render/look.h"
+#include "tests/support/scenes.h"
+
+namespace photond {
+namespace {
+
+using namespace test;
+
+constexpr double kPiD = std::numbers::pi;
+// So dark a floor that what it sends into the scene and back is at most a thousandth of what arrives.
+constexpr float kDark = 1e-3f;
+
+PunctualLight spot_light(const Vec3& position, const Vec3& direction, float cos_inner, float cos_outer,
+                         float intensity) {
+  PunctualLight spot;
+  spot.type = LightType::spot;
+  spot.position = position;
+  spot.direction = glm::normalize(direction);
+  spot.cos_inner = cos_inner;
+  spot.cos_outer = cos_outer;
+  spot.intensity = Rgb(intensity);
+  return spot;
+}
+
+double fresnel(double cosine, double eta) {
+  const double sine_sq = (1 - cosine * cosine) / (eta * eta);
+  if (sine_sq >= 1) return 1;
+  const double t = std::sqrt(1 - sine_sq);
+  const double s = (cosine - eta * t) / (cosine + eta * t), p = (eta * cosine - t) / (eta * cosine + t);
+  return (s * s + p * p) / 2;
+}
+
+// Flux of a map, W.
+double total_flux(const PhotonMap& map) {
+  double sum = 0;
+  for (std::uint32_t i = 0; i < map.size(); ++i) sum += static_cast<double>(map.flux(i).x);
+  return sum;
+}
+
+// A light at (0,0,1) beside the mirror x = 2 is seen from (1,0,0) at (4,0,1) too: E = m I cos/d² of the virtual
+// one.
+TEST(HardCase, PlanarMirrorPointLight10) {
+  HardCase c(10, "planar mirror");
+  Scene scene = empty_scene();
+  add_mesh(scene, parallelogram({-3, -3, 0}, {5, 0, 0}, {0, 6, 0}), add_material(scene, lambert(Rgb(0.5f))));
+  add_mesh(scene, parallelogram({2, -3, 0}, {0, 0, 3}, {0, 6, 0}), add_material(scene, mirror(Rgb(0.9f))));
+  // A spot towards the mirror image of (1,0,0), which is (3,0,0); nothing arrives directly.
+  scene.lights.push_back(spot_light({0, 0, 1}, {3, 0, -1}, 0.99f, 0.98f, 10));
+  const auto room = prepared(std::move(scene));
+  // E'' of cos/d² at distance 3.2 over a kernel with ⟨ρ²⟩ = r²/3: below (r/d)² = .1 %.
+  look_at_with(c.equals("E = m I cos/d² of the virtual point light", 9 / std::pow(10, 1.5),
+                        {.relative = 0.001, .precision = 0.025}),
+               room, {.from = {1, 0.5f, 1}, .at = {1, 0, 0}, .photons = 10'000, .passes = 80}, photon_methods(),
+               kPiD / 0.5);
+}
+
+// What paths of other seeds than the cases' measure, with its standard error.
+struct Measured {
+  double mean;
+  double error;
+};
+Measured by_paths(const std::shared_ptr<const PreparedScene>& room, const Look& look) {
+  const Sample one = see(room, Method::path, 3, look)[0];
+  const Sample two = see(room, Method::path, 4, look)[0];
+  return {(one.mean + two.mean) / 2, std::hypot(one.standard_error(), two.standard_error()) / 2};
+}
+
+// A square that looks at the mirror x = 2, above a floor that it lights by way of the mirror only where one
+// stands behind it.
+std::shared_ptr<const PreparedScene> square_before_a_mirror(float roughness) {
+  Scene scene = empty_scene();
+  add_mesh(scene, parallelogram({-3, -3, 0}, {5, 0, 0}, {0, 6, 0}), add_material(scene, lambert(Rgb(kDark))));
+  Material metal = mirror(Rgb(0.9f));
+  metal.roughness = roughness;
+  add_mesh(scene, parallelogram({2, -3, 0}, {0, 0, 3}, {0, 6, 0}), add_material(scene, metal));
+  add_mesh(scene, parallelogram({1.5f, -0.5f, 0.3f}, {0, 1, 0}, {0, 0, 0.9f}),
+           add_material(scene, emitter(Rgb(5))));
+  return prepared(std::move(scene));
+}
+const Look kBehindTheSquare{
+    .from = {1, 0.5f, 1}, .at = {1.2f, 0, 0}, .photons = 60'000, .passes = 50, .side = 48};
+
+// The same with an area light, which paths find too: the mirrored scene equals the unfolded one.
+TEST(HardCaseStatistical, PlanarMirrorAreaLight10) {
+  HardCase c(10, "planar mirror");
+  // The image of the mirrored square.
+  Scene scene = empty_scene();
+  add_mesh(scene, parallelogram({-3, -3, 0}, {5, 0, 0}, {0, 6, 0}), add_material(scene, lambert(Rgb(kDark))));
+  add_mesh(scene, parallelogram({2.5f, -0.5f, 0.3f}, {0, 0, 0.9f}, {0, 1, 0}),
+           add_material(scene, emitter(Rgb(0.9f * 5))));
+  const Measured unfolded = by_paths(prepared(std::move(scene)), kBehindTheSquare);
+  // The kernel's bias is below (r/d)²/3 = .15 %.
+  look_at_with(c.equals("L with the mirror, against the unfolded scene", unfolded.mean,
+                        {.relative = 0.002, .absolute = 4 * unfolded.error, .precision = 0.025}),
+               square_before_a_mirror(0), kBehindTheSquare);
+}
+
+// Light 1 m above flat water .5 m deep: on the axis E = T I/(h₁ + h₂/n)², T = 1 − ((n − 1)/(n + 1))².
+TEST(HardCase, FlatWater11) {
+  HardCase c(11, "point light above flat water, on the axis");
+  Scene scene = empty_scene();
+  add_mesh(scene, parallelogram({-2, -2, -0.5f}, {4, 0, 0}, {0, 4, 0}),
+           add_material(scene, lambert(Rgb(kDark))));
+  add_mesh(scene, parallelogram({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}), add_material(scene, glass(1.33f)));
+  scene.lights.push_back(spot_light({0, 0, 1}, {0, 0, -1}, 0.995f, 0.99f, 10));
+  const auto room = prepared(std::move(scene));
+  const double n = static_cast<double>(1.33f);
+  const double t = 1 - (n - 1) * (n - 1) / ((n + 1) * (n + 1));
+  // E falls like cos⁴: by 2ρ²/d² on average, ⟨ρ²⟩ = r²/3 of the kernel, d = 1.4 m: .09 % at r = .05 m; .1 %
+  // comes back from the floor.
+  look_at_with(
+      c.equals("E = T I/(h₁ + h₂/n)²", t * 10 / std::pow(1 + 0.5 / n, 2),
+               {.relative = 0.002, .precision = 0.025}),
+      room,
+      {.from = {0.2f, 0.1f, -0.2f}, .at = {0, 0, -0.5f}, .radius = 0.05f, .photons = 10'000, .passes = 80},
+      photon_methods(), kPiD / static_cast<double>(kDark));
+}
+
+// Inside lossless concentric shells a point light shines as without: every internal reflection leaves in the
+// end, along a line through the centre. The receiver is a dark sphere of 2 m; its curvature biases nothing
+// (case 31).
+TEST(HardCaseStatistical, LightInsideGlass12) {
+  HardCase c(12, "point light at the centre of glass shells");
+  for (const int shells : {1, 2}) {
+    Scene scene = empty_scene();
+    const std::uint32_t shell = add_material(scene, glass(1.5f));
+    for (int i = 0; i < shells; ++i) {
+      const float radius = 0.5f + 0.5f * static_cast<float>(i);
+      add_mesh(scene, sphere({0, 0, 0}, radius, 64), shell);
+      add_mesh(scene, inside_out(sphere({0, 0, 0}, 0.8f * radius, 64)), shell);
+    }
+    add_mesh(scene, faceted(inside_out(sphere({0, 0, 0}, 2, 64))), add_material(scene, lambert(Rgb(kDark))));
+    add_point_light(scene, {0, 0, 0}, Rgb(10));
+    const auto room = prepared(std::move(scene));
+    const std::string name = std::to_string(shells) + (shells == 1 ? " shell" : " shells");
+    // Facets of the receiver: π/64 bends the ball's area by δ²/4 = .06 % and brings the wall .06 % nearer (E +
+    // .12 %); the floor sends .1 % back.
+    look_at_with(
+        c.equals("E = I/d² outside " + name, 2.5, {.relative = 0.003, .precision = 0.025}), room,
+        {.from = {0.1f, 1.3f, 0.1f}, .at = {0.3f, 2, 0.2f}, .radius = 0.4f, .photons = 30'000, .passes = 40},
+        photon_methods(), kPiD / static_cast<double>(kDark));
+    Quantity& flux = c.equals("photons' flux outside " + name, 40 * kPiD, {.relative = 1e-5});
+    for (const std::uint64_t seed : kSeeds) {
+      const auto maps = shoot_maps(*room, 20'000, seed);
+      flux.add("seed " + std::to_string(seed), total_flux(maps->caustic) / maps->emitted);
+    }
+  }
+}
+
+// A source below the surface of a half space of glass: what leaves is ½∫_{cos θc}^1 (1 − F) dμ of its light,
+// less than the critical cone (1 − cos θc)/2 = .1273.
+TEST(HardCase, IsotropicSourceInGlass13) {
+  HardCase c(13, "isotropic source inside glass, n = 1.5");
+  Scene scene = empty_scene();
+  Mesh walls = box({-1, -1, -1}, {1, 1, 0}, true);
+  std::erase_if(walls.triangles, [&](const glm::uvec3& t) {
+    return walls.positions[t.x].z + walls.positions[t.y].z + walls.positions[t.z].z == 0;
+  });
+  add_mesh(scene, walls, add_material(scene, lambert(Rgb(0))));
+  add_mesh(scene, parallelogram({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, glass(1.5f)));
+  add_point_light(scene, {0, 0, -0.5f}, Rgb(1));
+  const auto room = prepared(std::move(scene));
+  constexpr int kSteps = 100'000;
+  double expected = 0;
+  for (int i = 0; i < kSteps; ++i) expected += (1 - fresnel((i + 0.5) / kSteps, 1 / 1.5)) / (2 * kSteps);
+  Quantity& escaped = c.equals("escaping share ½∫(1 − F)dμ", expected);
+  Quantity& ledger = c.at_most("ledger's gap", 1e-6);
+  for (const std::uint64_t seed : kSeeds) {
+    Sample share;
+    for (std::uint32_t pass = 0; pass < 20; ++pass) {
+      const EnergyLedger e = shoot_maps(*room, 20'000, seed, pass)->ledger;
+      share.add(e.escaped / e.emitted);
+      ledger.add("seed " + std::to_string(seed),
+                 std::abs((e.absorbed + e.escaped + e.truncated + e.rejected) / e.emitted - 1));
+    }
+    escaped.add("seed " + std::to_string(seed), share);
+  }
+  EXPECT_LT(expected, 0.1274);
+}
+
+// A beam of irradiance E₀ on a glass sphere (R = 1, n = 1.5). A ray at distance b from the axis, sin α = b, sin
+// β = b/n, leaves the sphere at the angle γ = 2β − α beyond the axis' end with the slope of 2(α − β) towards
+// the axis, and meets the plane at depth z at
+//   x(b) = sin γ − tan 2(α − β)·(z − cos γ).
+struct BallLens {
+  double n = 1.5, z = 1.3;
+  double x(double b) const {
+    const double alpha = std::asin(b), beta = std::asin(b / n), gamma = 2 * beta - alpha;
+    return std::sin(gamma) - std::tan(2 * (alpha - beta)) * (z - std::cos(gamma));
+  }
+  // Two transmissions.
+  double transmitted(double b) const {
+    const double t = 1 - fresnel(std::sqrt(1 - b * b), n);
+    return t * t;
+  }
+  // E/E₀ at distance `at` from the axis: T² b|db|/(x|dx|) over all b with |x(b)| = at.
+  double irradiance(double at) const {
+    double sum = 0;
+    for (int i = 0; i + 1 < kSteps; ++i) {
+      const double b = (i + 0.5) / kSteps, next = (i + 1.5) / kSteps;
+      const double x0 = std::abs(x(b)), x1 = std::abs(x(next));
+      if ((x0 < at) != (x1 < at)) sum += transmitted(b) * b * (next - b) / (at * std::abs(x1 - x0));
+    }
+    return sum;
+  }
+  // The mean of the Epanechnikov estimate with radius r there: ∫∫ T² b db dφ K(|x(b, φ) − at|).
+  double estimate(double at, double r) const {
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double b = (i + 0.5) / kSteps, from = std::abs(x(b));
+      if (std::abs(from - at) >= r) continue;
+      const double widest = std::acos(std::max(-1.0, (from * from + at * at - r * r) / (2 * from * at)));
+      double ring = 0;
+      for (int k = 0; k < 64; ++k) {
+        const double d_sq = from * from + at * at - 2 * from * at * std::cos(widest * (k + 0.5) / 64);
+        ring += 2 / kPiD * (1 - d_sq / (r * r)) / (r * r) / 64;
+      }
+      sum += transmitted(b) * b / kSteps * 2 * widest * ring;
+    }
+    return sum;
+  }
+  static constexpr int kSteps = 20'000;
+};
+
+// Estimates follow the kernel's mean over the analytic caustic, on both sides of its fold at x = .038, and away
+// from the fold that mean's bias goes with r².
+TEST(HardCaseStatistical, BallLens15) {
+  HardCase c(15, "collimated beam on a glass sphere");
+  Scene scene = empty_scene();
+  // The plane at 1.3 lies between the sphere and its paraxial focus at 1.5.
+  add_mesh(scene, sphere({0, 0, 0}, 1, 256), add_material(scene, glass(1.5f)));
+  add_mesh(scene, parallelogram({-0.5f, -0.5f, -1.3f}, {1, 0, 0}, {0, 1, 0}),
+           add_material(scene, lambert(Rgb(kDark))));
+  PunctualLight sun;
+  sun.type = LightType::directional;
+  sun.intensity = Rgb(2);
+  scene.lights.push_back(sun);
+  const auto room = prepared(std::move(scene));
+  const Ray ray{{0.1f, 0, -1.2f}, {0, 0, -1}};
+  const SurfacePoint floor = make_surface(room->scene, ray, room->accel.intersect(ray));
+  const Bsdf bsdf(room->scene, floor, {0, 0, 1});
+  const BallLens lens;
+  struct Place {
+    double at, radius;
+    Quantity* quantity;
+    Sample seen;
+  };
+  std::vector<Place> places;
+  for (const auto& [at, radius] :
+       {std::pair(0.02, 0.012), {0.02, 0.006}, {0.02, 0.003}, {0.06, 0.008}, {0.1, 0.02}}) {
+    char what[64];
+    std::snprintf(what, sizeof what, "estimate at x = %g, r = %g, over E₀", at, radius);
+    // Two and more internal reflections (F² = .16 %) reach the plane too, and .1 % comes back from it. The lens
+    // of 256 rings focuses as one of facets: (π/256)² /8 of its radius off, .002 %.
+    places.push_back({at, radius, &c.equals(what, lens.estimate(at, radius), {.relative = 0.003}), {}});
+  }
+  const double e = lens.irradiance(0.02);
+  c.equals("that mean's bias at r = .006 over that at .003", 4, {.relative = 0.05})
+      .add("quadrature", (lens.estimate(0.02, 0.006) - e) / (lens.estimate(0.02, 0.003) - e));
+  for (const std::uint64_t seed : kSeeds) {
+    for (Place& place : places) place.seen = {};
+    for (std::uint32_t pass = 0; pass < 60; ++pass) {
+      const auto maps = shoot_maps(*room, 100'000, seed, pass);
+      for (Place& place : places) {
+        // Sixteen places of the ring around the axis are alike.
+        double sum = 0;
+        for (int i = 0; i < 16; ++i) {
+          SurfacePoint s = floor;
+          const double phi = 2 * kPiD * i / 16;
+          s.position = Vec3(place.at * std::cos(phi), place.at * std::sin(phi), -1.3);
+          const auto r_sq = static_cast<float>(place.radius * place.radius);
+          sum += static_cast<double>(estimate_radiance(maps->caustic, s, bsdf, kDiffuseLobe, r_sq).x) / 16;
+        }
+        place.seen.add(sum * kPiD / static_cast<double>(kDark) / maps->emitted / 2);
+      }
+    }
+    for (Place& place : places) place.quantity->add("seed " + std::to_string(seed), place.seen);
+  }
+}
+
+// What leaves one focus of an ellipsoid of mirror goes through the other: a small target there receives mΦ of
+// all that did not meet it on the way.
+TEST(HardCaseStatistical, EllipsoidMirror16) {
+  HardCase c(16, "ellipsoid mirror from focus to focus");
+  constexpr float kRadius = 0.05f;
+  Scene scene = empty_scene();
+  Mesh shell = sphere({0, 0, 0}, 1, 256);
+  for (std::size_t i = 0; i < shell.positions.size(); ++i) {
+    shell.positions[i] *= Vec3(0.8f, 0.8f, 1);
+    shell.normals[i] = glm::normalize(shell.normals[i] / Vec3(0.8f, 0.8f, 1));
+  }
+  add_mesh(scene, inside_out(shell), add_material(scene, mirror(Rgb(0.9f))));
+  add_mesh(scene, sphere({0, 0, 0.6f}, kRadius, 64), add_material(scene, lambert(Rgb(kDark))));
+  add_point_light(scene, {0, 0, -0.6f}, Rgb(1));
+  const auto room = prepared(std::move(scene));
+  const double direct = (1 - std::sqrt(1 - std::pow(static_cast<double>(kRadius) / 1.2, 2))) / 2;
+  // The target is a polyhedron, smaller by (π/64)²/6 = .04 % of its radius: some rays of the direct ones pass
+  // (10⁻⁷). A thousandth is scattered by the target and comes back in part.
+  Quantity& q = c.equals("flux on the target over mΦ of what missed it", 1, {.relative = 0.001});
+  for (const std::uint64_t seed : kSeeds) {
+    Sample share;
+    for (std::uint32_t pass = 0; pass < 10; ++pass) {
+      const auto maps = shoot_maps(*room, 20'000, seed, pass);
+      share.add(total_flux(maps->caustic) / maps->emitted /
+                (4 * kPiD * static_cast<double>(0.9f) * (1 - direct)));
+    }
+    q.add("seed " + std::to_string(seed), share);
+  }
+}
+
+// A rod of 1 mm × 1 mm × 2 m: light at up to 30° to its axis is totally reflected a thousand times and leaves
+// by the ends, where F reflects it again and again: 1/(1 + F) leaves by the far end.
+TEST(HardCaseStatistical, GlassRod17) {
+  HardCase c(17, "glass rod with a thousand total reflections");
+  Scene scene = empty_scene();
+  add_mesh(scene, box({-5e-4f, -5e-4f, -1}, {5e-4f, 5e-4f, 1}), add_material(scene, glass(1.5f)));
+  // Everything that leaves by the far end lands on the plate beyond it.
+  add_mesh(scene, parallelogram({-1, -1, 1.001f}, {2, 0, 0}, {0, 2, 0}), add_material(scene, lambert(Rgb(0))));
+  scene.lights.push_back(
+      spot_light({1e-5f, 2e-5f, -0.999f}, {0, 0, 1}, std::cos(0.5236f), std::cos(0.5237f), 1));
+  const auto room = prepared(std::move(scene));
+  constexpr int kSteps = 10'000;
+  double far = 0;
+  const double lowest = std::cos(0.5236);
+  for (int i = 0; i < kSteps; ++i)
+    far += 1 / (1 + fresnel(lowest + (1 - lowest) * (i + 0.5) / kSteps, 1 / 1.5)) / kSteps;
+  // Between the cones of .5236 and .5237 rad lies .03 % of the light, at the steepest angles.
+  Quantity& q = c.equals("share that leaves by the far end", far, {.relative = 3e-4});
+  Quantity& lost = c.at_most("share truncated or rejected", 0);
+  Quantity& bounces = c.at_most("1000 over the most reflections met", 1);
+  for (const std::uint64_t seed : kSeeds) {
+    Sample share;
+    double rays = 0;
+    for (std::uint32_t pass = 0; pass < 20; ++pass) {
+      const auto maps = shoot_maps(*room, 1000, seed, pass);
+      const EnergyLedger& e = maps->ledger;
+      // What roulette took and gave on long ways counts as absorbed, so the far end's share is what did not
+      // escape.
+      share.add(1 - e.escaped / e.emitted);
+      lost.add("", (e.truncated + e.rejected) / e.emitted);
+      rays += static_cast<double>(maps->rays) / 20'000;
+    }
+    q.add("seed " + std::to_string(seed), share);
+    // The mean way has 2 m·⟨tan θ⟩/(1 mm) ≈ 1000 reflections.
+    bounces.add("seed " + std::to_string(seed), 1000 / (rays * 2));
+  }
+}
+
+// From a point to a disk of .53° (the sun's width): the caustic of flat water is the same, E = T I/(h₁ +
+// h₂/n)².
+TEST(HardCaseStatistical, TinyLight25) {
+  HardCase c(25, "caustic of flat water by lights of any size");
+  const double n = static_cast<double>(1.33f);
+  const double expected = (1 - (n - 1) * (n - 1) / ((n + 1) * (n + 1))) * 10 / std::pow(1 + 0.5 / n, 2);
+  for (const float radius : {1e-6f, 1e-3f, 0.00462f}) {
+    Scene scene = empty_scene();
+    add_mesh(scene, parallelogram({-2, -2, -0.5f}, {4, 0, 0}, {0, 4, 0}),
+             add_material(scene, lambert(Rgb(kDark))));
+    add_mesh(scene, parallelogram({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}), add_material(scene, glass(1.33f)));
+    add_mesh(
+        scene, disk({0, 0, 1}, {0, 0, -1}, radius, 64),
+        add_material(scene, emitter(Rgb(static_cast<float>(
+                                10 / (64 * std::sin(kPiD / 64) * std::cos(kPiD / 64) * radius * radius))))));
+    char what[48];
+    std::snprintf(what, sizeof what, "E by a disk of radius %g m", static_cast<double>(radius));
+    // cos⁵ of an emitter: 2.5 ρ²/d², ⟨ρ²⟩ = r²/3, at r = .1 m .4 %; .1 % from the floor.
+    look_at_with(
+        c.equals(what, expected, {.relative = 0.005, .precision = 0.025}), prepared(std::move(scene)),
+        {.from = {0.2f, 0.1f, -0.2f}, .at = {0, 0, -0.5f}, .radius = 0.1f, .photons = 60'000, .passes = 50},
+        photon_methods(), kPiD / static_cast<double>(kDark));
+  }
+}
+
+// A floor of albedo a under a pane that mirrors continue to infinity, lit by the whole sky. By the reflections
+// between its faces the pane transmits T = ∫ 2μ (1 − F)/(1 + F) dμ of diffuse light and reflects the rest, to
+// the floor too: E = πLe·T/(1 − a(1 − T)). Paths find so large a light through glass easily.
+TEST(HardCaseStatistical, SkyThroughAPane26) {
+  HardCase c(26, "huge light through glass");
+  Scene scene = empty_scene();
+  scene.environment.radiance = Rgb(1);
+  add_mesh(scene, parallelogram({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}),
+           add_material(scene, lambert(Rgb(0.5f))));
+  const std::uint32_t pane = add_material(scene, glass(1.5f));
+  add_mesh(scene, parallelogram({-0.5f, -0.5f, 0.2f}, {1, 0, 0}, {0, 1, 0}), pane);
+  add_mesh(scene, parallelogram({-0.5f, -0.5f, 0.1f}, {0, 1, 0}, {1, 0, 0}), pane);
+  Mesh sides = box({-0.5f, -0.5f, 0}, {0.5f, 0.5f, 0.25f}, true);
+  std::erase_if(sides.triangles, [&](const glm::uvec3& t) {
+    return sides.positions[t.x].z == sides.positions[t.y].z && sides.positions[t.y].z == sides.positions[t.z].z;
+  });
+  add_mesh(scene, sides, add_material(scene, mirror(Rgb(1))));
+  const auto room = prepared(std::move(scene));
+  constexpr int kSteps = 100'000;
+  double through = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double mu = (i + 0.5) / kSteps, f = fresnel(mu, 1.5);
+    through += 2 * mu * (1 - f) / (1 + f) / kSteps;
+  }
+  look_at_with(
+      c.equals("E/(πLe) = T/(1 − a(1 − T))", through / (1 - 0.5 * (1 - through)), {.precision = 0.025}), room,
+      {.from = {0.1f, 0, 0.08f},
+       .at = {0, 0.05f, 0},
+       .radius = 0.1f,
+       .photons = 20'000,
+       .passes = 80,
+       .side = 16},
+      kMethods, 2);
+}
+
+// A caster from smooth to rough: at every roughness photons and paths agree, on both sides of the thresholds at
+// which a lobe counts as a mirror (α = 10⁻⁴) and as a place to gather at (α = .25).
+TEST(HardCaseStatistical, RoughnessSweep34) {
+  HardCase c(34, "light by way of a mirror of any roughness");
+  double last = 0;
+  for (const float roughness : {0.0f, 0.0099f, 0.0101f, 0.1f, 0.3f, 0.499f, 0.501f}) {
+    const auto room = square_before_a_mirror(roughness);
+    const auto [expected, error] = by_paths(room, kBehindTheSquare);
+    char what[64];
+    std::snprintf(what, sizeof what, "L at roughness %g, by paths of other seeds",
+                  static_cast<double>(roughness));
+    // The reference's own noise, and (r/d)²/3 = .15 % of the kernel.
+    look_at_with(c.equals(what, expected, {.relative = 0.002, .absolute = 4 * error, .precision = 0.03}), room,
+                 kBehindTheSquare);
+    if (roughness == 0.0101f || roughness == 0.501f) {
+      // Over 2·10⁻⁴ or .002 of roughness the lobe widens by that fraction of itself.
+      c.equals("step across the threshold before it, relative", 0,
+               {.absolute = 0.01 + 4 * 1.5 * error / expected})
+          .add("path", expected / last - 1);
+    }
+    last = expected;
+  }
+}
+
+// A room with a mirror and a glass ball, seen by every method: what one counts twice or leaves out shows.
+TEST(HardCaseStatistical, MapsOnAndOff35) {
+  HardCase c(35, "photon map on and off");
+  Scene scene = empty_scene();
+  add_mesh(scene, box({-2, -2, 0}, {2, 2, 3}, true), add_material(scene, lambert(Rgb(0.6f))));
+  add_mesh(scene, parallelogram({-1, -1.5f, 0.5f}, {2, 0, 0}, {0, 0, 1.5f}),
+           add_material(scene, mirror(Rgb(0.9f))));
+  add_mesh(scene, sphere({-1, 0.5f, 0.6f}, 0.5f), add_material(scene, glass(1.5f)));
+  add_mesh(scene, parallelogram({-0.5f, 0, 2.9f}, {0, 1, 0}, {1, 0, 0}), add_material(scene, emitter(Rgb(5))));
+  const auto room = prepared(std::move(scene));
+  const Look look{
+      .from = {0, 1, 1}, .at = {0.5f, -0.2f, 0}, .radius = 0.1f, .photons = 50'000, .passes = 80, .side = 40};
+  const auto [expected, error] = by_paths(room, look);
+  std::vector<Method> exact = kMethods;
+  std::erase(exact, Method::photon_map);
+  // The reference's own noise, and the kernel's bias in a field that bends on the scale of a metre: (r/L)²/3.
+  look_at_with(c.equals("L, by paths of other seeds", expected,
+                        {.relative = 0.0035, .absolute = 4 * error, .precision = 0.015}),
+               room, look, exact);
+  // Gather rays end in corners, beside edges of the mirror and on the ball: half the light is indirect, some 3
+  // % of its ends lie in a strip where a fifth is missing, and caustics among them are blurred.
+  look_at_with(c.equals("the same by final gather", expected, {.relative = 0.02, .absolute = 4 * error}), room,
+               look, {Method::photon_map});
+}
+
+}  // namespace
+}  // namespace photond
