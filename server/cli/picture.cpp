@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "core/film/reconstruct.h"
 #include "server/cli/cli.h"
 #include "server/cli/commands.h"
 #include "server/cli/files.h"
