@@ -1,6 +1,7 @@
 // Veach 1997: next-event estimation and multiple importance sampling. Jensen 1996: photon map rendering.
 #include "core/render/radiance.h"
 
+#include <array>
 #include <cmath>
 
 #include "core/photon/estimate.h"
@@ -22,6 +23,23 @@ float power_heuristic(float pdf, float other) {
   return a > 0 ? a / (a + b) : 0;
 }
 
+// Vertices from the camera on at which smooth glass is followed both ways: a bright reflection on water is seen in
+// every pass instead of in one of fifty.
+constexpr std::uint32_t kSplitDepth = 2;
+
+// Where a path stands, and what it carries.
+struct PathState {
+  Ray ray;
+  Rgb throughput{1};
+  float compression = 1;         // of radiance by the refractions so far
+  float distance = 0;            // travelled since the camera
+  Medium medium;
+  std::uint32_t depth = 0;
+  bool last_delta = true;
+  float last_pdf = 0;
+  Vec3 last_position{0};
+};
+
 // One walk from the camera (or from a gather point) through the scene.
 class RadianceWalk {
  public:
@@ -31,53 +49,56 @@ class RadianceWalk {
       : scene_(scene), settings_(settings), rng_(rng), see_emitters_(see_emitters) {}
 
   RadianceSample run(const Ray& ray) {
-    ray_ = ray;
-    for (depth_ = 0; step(); ++depth_) {
+    path_.ray = ray;
+    for (;;) {
+      while (step()) ++path_.depth;
+      if (waiting_ == 0) break;
+      path_ = branches_[--waiting_];
     }
     return {radiance_ + gathered_.widest, gathered_.bands, truncated_};
   }
 
  private:
   bool step() {
-    const Hit hit = scene_.accel.intersect(ray_);
+    const Hit hit = scene_.accel.intersect(path_.ray);
     if (!hit.found()) {
       add_environment();
       return false;
     }
-    const SurfacePoint surface = make_surface(scene_.scene, ray_, hit);
-    throughput_ *= medium_.transmittance(surface, hit.t);
+    const SurfacePoint surface = make_surface(scene_.scene, path_.ray, hit);
+    path_.throughput *= path_.medium.transmittance(surface, hit.t);
     add_emission(surface);
     // The last bounce's light may be found here as well as by sampling it from there: only now the path is cut.
-    if (depth_ == settings_.max_depth) {
+    if (path_.depth == settings_.max_depth) {
       truncated_ = true;
       return false;
     }
-    const Bsdf bsdf(scene_.scene, surface, -ray_.direction);
+    const Bsdf bsdf(scene_.scene, surface, -path_.ray.direction);
     const LobeMask gathered = settings_.technique == Technique::trace ? kNoLobe : gathered_lobes(bsdf);
     const LobeMask followed = bsdf.lobes() & ~gathered;
     add_direct(surface, bsdf, gathered, followed);
-    distance_ += hit.t;
+    path_.distance += hit.t;
     if (gathered != kNoLobe) add_indirect(surface, bsdf, gathered);
     return followed != kNoLobe && follow(surface, bsdf, followed);
   }
 
   // MIS weight of light found by following a lobe, against sampling it from the previous vertex.
   float hit_weight(float pdf_direct) const {
-    return depth_ == 0 || last_delta_ ? 1 : power_heuristic(last_pdf_, pdf_direct);
+    return path_.depth == 0 || path_.last_delta ? 1 : power_heuristic(path_.last_pdf, pdf_direct);
   }
 
   void add_environment() {
     if (!see_emitters_ || !scene_.scene.environment.active()) return;
-    radiance_ += throughput_ * scene_.scene.environment.radiance * hit_weight(scene_.lights.pdf_environment());
+    radiance_ += path_.throughput * scene_.scene.environment.radiance * hit_weight(scene_.lights.pdf_environment());
   }
 
   void add_emission(const SurfacePoint& surface) {
     if (!see_emitters_ || !surface.material->emissive()) return;
     const Rgb emitted = emitted_radiance(scene_.scene, surface);
     if (is_black(emitted)) return;
-    const bool sampled = depth_ > 0 && !last_delta_;
-    const float pdf_direct = sampled ? scene_.lights.pdf_direct(last_position_, surface) : 0;
-    radiance_ += throughput_ * emitted * hit_weight(pdf_direct);
+    const bool sampled = path_.depth > 0 && !path_.last_delta;
+    const float pdf_direct = sampled ? scene_.lights.pdf_direct(path_.last_position, surface) : 0;
+    radiance_ += path_.throughput * emitted * hit_weight(pdf_direct);
   }
 
   // Next-event estimation: alone for the gathered lobes, weighted against following for the others.
@@ -100,10 +121,10 @@ class RadianceWalk {
                                        : scene_.accel.occluded(from, light.target);
     if (hidden) return;
     Rgb contribution = f * light.radiance * std::abs(glm::dot(light.wi, surface.ns));
-    if (medium_.active() && !light.infinite) {
-      contribution *= medium_.transmittance(glm::distance(from, light.target));
+    if (path_.medium.active() && !light.infinite) {
+      contribution *= path_.medium.transmittance(glm::distance(from, light.target));
     }
-    radiance_ += throughput_ * contribution;
+    radiance_ += path_.throughput * contribution;
   }
 
   void add_indirect(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
@@ -115,11 +136,11 @@ class RadianceWalk {
         add_density(surface, bsdf, mask);
         break;
       case Technique::nearest:
-        radiance_ += throughput_ * (estimate(maps.global, surface, bsdf, mask) +
+        radiance_ += path_.throughput * (estimate(maps.global, surface, bsdf, mask) +
                                     estimate(maps.caustic, surface, bsdf, mask));
         break;
       case Technique::final_gather:
-        radiance_ += throughput_ * (estimate(maps.caustic, surface, bsdf, mask) + gather(surface, bsdf, mask));
+        radiance_ += path_.throughput * (estimate(maps.caustic, surface, bsdf, mask) + gather(surface, bsdf, mask));
         break;
     }
   }
@@ -127,7 +148,7 @@ class RadianceWalk {
   void add_density(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
     static const GatherGuide kNoGuide;
     const GatherGuide& guide = settings_.guide != nullptr ? *settings_.guide : kNoGuide;
-    const Rgb scale = throughput_ / static_cast<float>(settings_.maps->emitted);
+    const Rgb scale = path_.throughput / static_cast<float>(settings_.maps->emitted);
     const auto add = [&](const PhotonMap& map, const Bandwidth& bandwidth) {
       if (map.size() == 0) return;
       const float radius_sq = settings_.radius_sq > 0 ? settings_.radius_sq : widest_radius_sq(surface, bandwidth);
@@ -143,7 +164,7 @@ class RadianceWalk {
   float widest_radius_sq(const SurfacePoint& surface, const Bandwidth& bandwidth) const {
     static constexpr float kPhotons = 150;
     static constexpr float kFootprints = 24;
-    const float widest = kFootprints * (settings_.pixel_width + settings_.pixel_spread * distance_);
+    const float widest = kFootprints * (settings_.pixel_width + settings_.pixel_spread * path_.distance);
     const float dense = bandwidth.radius_sq(surface.position, kPhotons);
     return settings_.shrink * (dense > 0 ? std::min(dense, widest * widest) : widest * widest);
   }
@@ -170,24 +191,49 @@ class RadianceWalk {
   }
 
   bool follow(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask lobes) {
+    if (path_.depth < kSplitDepth && settings_.technique != Technique::trace) {
+      const float reflected = bsdf.smooth_glass_reflectance();
+      if (reflected > 0 && reflected < 1) return follow_both(surface, bsdf, reflected);
+    }
     const Vec2 u = rng_.next2();
     const float choice = rng_.next();
     const auto sample = bsdf.sample({u, choice}, lobes, Transport::radiance);
     if (!sample) return false;
-    throughput_ *= sample->weight;
+    continue_by(surface, *sample, 1);
     // Roulette by the weight without refraction's compression, which a later refraction undoes.
-    if (sample->transmitted) compression_ *= compression(*surface.material, surface.front);
-    if (depth_ >= kRouletteDepth) {
-      const float survival = survival_probability(max_component(throughput_) * compression_, depth_);
+    if (path_.depth >= kRouletteDepth) {
+      const float survival =
+          survival_probability(max_component(path_.throughput) * path_.compression, path_.depth);
       if (!(rng_.next() < survival)) return false;
-      throughput_ /= survival;
+      path_.throughput /= survival;
     }
-    medium_.cross(surface, *sample);
-    last_delta_ = sample->delta;
-    last_pdf_ = sample->pdf_w;
-    last_position_ = surface.position;
-    ray_ = spawn_ray(surface, sample->wi);
     return true;
+  }
+
+  // Goes on by refraction and keeps the reflection for later, each with its share instead of by chance.
+  bool follow_both(const SurfacePoint& surface, const Bsdf& bsdf, float reflected) {
+    const auto reflection = bsdf.sample({0, 0, 0}, kGlassLobe, Transport::radiance);
+    const auto refraction = bsdf.sample({0, 0, 0x1.fffffep-1f}, kGlassLobe, Transport::radiance);
+    const PathState before = path_;
+    if (reflection) {
+      continue_by(surface, *reflection, reflected);
+      ++path_.depth;
+      branches_[waiting_++] = path_;
+    }
+    if (!refraction) return false;
+    path_ = before;
+    continue_by(surface, *refraction, 1 - reflected);
+    return true;
+  }
+
+  void continue_by(const SurfacePoint& surface, const BsdfSample& sample, float share) {
+    path_.throughput *= sample.weight * share;
+    if (sample.transmitted) path_.compression *= compression(*surface.material, surface.front);
+    path_.medium.cross(surface, sample);
+    path_.last_delta = sample.delta;
+    path_.last_pdf = sample.pdf_w;
+    path_.last_position = surface.position;
+    path_.ray = spawn_ray(surface, sample.wi);
   }
 
   static float compression(const Material& material, bool front) {
@@ -200,18 +246,12 @@ class RadianceWalk {
   const RadianceSettings& settings_;
   CameraSampler& rng_;
   bool see_emitters_;
-  Ray ray_;
+  PathState path_;
+  std::array<PathState, kSplitDepth> branches_;   // waiting to be followed: one for each vertex that has split
+  std::uint32_t waiting_ = 0;
   Rgb radiance_{0};
   ScaleEstimate gathered_;
-  float distance_ = 0;           // travelled since the camera
-  Rgb throughput_{1};
-  Medium medium_;
-  float compression_ = 1;
-  std::uint32_t depth_ = 0;
-  bool last_delta_ = true;
-  float last_pdf_ = 0;
   bool truncated_ = false;
-  Vec3 last_position_{0};
 };
 
 }  // namespace

@@ -148,6 +148,11 @@ Rgb Bsdf::eval_reflection(const Vec3& wi) const {
   return common * reflection_fresnel(glm::dot(wo_, h));
 }
 
+float Bsdf::smooth_glass_reflectance() const {
+  float cos_t = 0;
+  return lobes_ == kGlassLobe && alpha_ < kSmoothAlpha ? glass_reflectance(wo_.z, cos_t) : 0;
+}
+
 float Bsdf::glass_reflectance(float cos_h, float& cos_t) const { return fresnel_dielectric(cos_h, eta_, cos_t); }
 
 Rgb Bsdf::eval_glass(const Vec3& wi, Transport transport) const {

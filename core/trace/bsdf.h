@@ -48,6 +48,9 @@ class Bsdf {
   /// GGX α of the reflection and glass lobes.
   float alpha() const { return alpha_; }
 
+  /// Probability with which `sample` reflects, rather than refracts, where all there is is smooth glass; 0 elsewhere.
+  float smooth_glass_reflectance() const;
+
   /// f(wo, wi) in sr⁻¹ of the non-delta lobes in `mask`, without the cosine.
   Rgb eval(const Vec3& wi, LobeMask mask, Transport transport) const;
   /// Density per solid angle with which `sample` finds `wi` through the non-delta lobes in `mask`.
