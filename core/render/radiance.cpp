@@ -107,24 +107,39 @@ class RadianceWalk {
     if ((gathered | weighted) == kNoLobe || scene_.lights.empty()) return;
     const Vec2 u = rng_.next2();
     const float choice = rng_.next();
-    const DirectSample light = scene_.lights.sample_direct(scene_.scene, surface.position, {u, choice});
-    if (is_black(light.radiance)) return;
+    if (gathered == kNoLobe || settings_.technique != Technique::density) {
+      radiance_ += path_.throughput * direct(surface, bsdf, gathered, weighted, followed, {u, choice});
+      return;
+    }
+    // A path that ends in photons has cost much and sees light once: several points of the lights, evenly spread.
+    static constexpr Vec3 kShifts[] = {{0, 0, 0}, {0.5f, 0.5f, 0.25f}, {0.25f, 0.75f, 0.5f}, {0.75f, 0.25f, 0.75f}};
+    Rgb sum(0);
+    for (const Vec3& shift : kShifts) {
+      sum += direct(surface, bsdf, gathered, weighted, followed, glm::fract(Vec3(u, choice) + shift));
+    }
+    radiance_ += path_.throughput * (sum / static_cast<float>(std::size(kShifts)));
+  }
+
+  Rgb direct(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask gathered, LobeMask weighted, LobeMask followed,
+             const Vec3& u) const {
+    const DirectSample light = scene_.lights.sample_direct(scene_.scene, surface.position, u);
+    if (is_black(light.radiance)) return Rgb(0);
     Rgb f(0);
     if (gathered != kNoLobe) f += bsdf.eval(light.wi, gathered, Transport::radiance);
     if (weighted != kNoLobe) {
       const float weight = light.pdf_w > 0 ? power_heuristic(light.pdf_w, bsdf.pdf(light.wi, followed)) : 1;
       f += weight * bsdf.eval(light.wi, weighted, Transport::radiance);
     }
-    if (is_black(f)) return;
+    if (is_black(f)) return Rgb(0);
     const Vec3 from = spawn_point(surface.position, surface.ng, surface.extent, light.wi);
     const bool hidden = light.infinite ? scene_.accel.occluded(Ray{from, light.wi})
                                        : scene_.accel.occluded(from, light.target);
-    if (hidden) return;
+    if (hidden) return Rgb(0);
     Rgb contribution = f * light.radiance * std::abs(glm::dot(light.wi, surface.ns));
     if (path_.medium.active() && !light.infinite) {
       contribution *= path_.medium.transmittance(glm::distance(from, light.target));
     }
-    radiance_ += path_.throughput * contribution;
+    return contribution;
   }
 
   void add_indirect(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
