@@ -3,6 +3,9 @@
 
 #include <numbers>
 
+#include <tbb/global_control.h>
+
+#include "core/film/film.h"
 #include "core/photon/estimate.h"
 #include "core/photon/shoot.h"
 #include "tests/render/look.h"
@@ -33,6 +36,8 @@ Image pass_of(const RenderTask& task, std::uint32_t pass, const Execution& execu
 
 TEST(HardCase, BitsOfPasses36) {
   HardCase c(36, "the same bits for any threads and any split of the passes");
+  // TBB lends no more threads than there are cores, unless it is told.
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 8);
   const auto room = busy_room();
   for (const Method method : kMethods) {
     Quantity& threads =

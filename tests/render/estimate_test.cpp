@@ -95,8 +95,8 @@ TEST(HardCaseStatistical, Boundary30) {
     Vec2 at;
     double radius, share;
   };
-  // At depth t = r/2 of the strip the kernel's share is 1 − ∫_{1/2}^1 (4/π)(2/3)(1 − x²)^{3/2}·… = its
-  // marginal's distribution function at ½, f(x) = 8/(3π)(1 − x²)^{3/2}: .898 by quadrature below.
+  // Half a radius inside, the share is the distribution function at ½ of the kernel's marginal
+  // f(x) = 8/(3π)(1 − x²)^{3/2}, here by quadrature.
   double cdf = 0.5;
   constexpr int kSteps = 1000;
   for (int i = 0; i < kSteps; ++i) {
