@@ -4,10 +4,11 @@ namespace photond {
 
 namespace {
 
-// The material has the one lobe of a Lambert surface, as Bsdf finds it, and no texture to scale it.
+// The material has the one lobe of a Lambert surface, as Bsdf finds it, and no texture to scale it. A colour that is
+// not finite is left to where photons are rejected.
 bool is_lambert(const Material& m) {
   return m.metallic == 0 && m.specular == 0 && m.transmission == 0 && !is_black(m.base_color) &&
-         !m.base_color_texture.used() && !m.normal_texture.used();
+         is_finite(m.base_color) && !m.base_color_texture.used() && !m.normal_texture.used();
 }
 
 bool is_plain(const Scene& scene, const Instance& instance) {
