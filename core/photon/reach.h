@@ -15,6 +15,8 @@ class Reach {
  public:
   static constexpr int kSectors = 32;
 
+  /// Without limit.
+  Reach() = default;
   /// The reach within `radius` of `point`, in the plane through it with the unit normal `normal`.
   Reach(const Edges& edges, const Vec3& point, const Vec3& normal, float radius);
 

@@ -16,7 +16,6 @@ struct Features {
   std::string caster;           // name of the first material that bundles light, with the reason
   bool absorption = false;
   bool alpha = false;
-  bool rough_gather = false;
   bool bounded_light = false;   // any light but the environment
   bool surfaces = false;
   bool receivers = false;       // surfaces that gather photons
@@ -71,15 +70,15 @@ void add_lacks(const Features& features, bool lit, std::vector<PlanItem>& items)
 
 PlanItem choose_method(const Features& features, Method& method) {
   if (method != Method::automatic) return {"method", true, std::string(method_name(method)) + ": as asked"};
-  if (features.caster.empty()) {
-    method = Method::path;
-    return {"method", true, "path: no glass, water or polished metal bundles light, so paths from the camera find it"};
-  }
+  method = Method::path;
   if (!features.bounded_light) {
-    method = Method::path;
     return {"method", true, "path: all light comes from the environment, which paths find through any glass"};
   }
+  if (!features.receivers) return {"method", true, "path: there is no surface on which photons could be gathered"};
   method = Method::progressive;
+  if (features.caster.empty()) {
+    return {"method", true, "progressive: photons carry light between surfaces with less noise than paths"};
+  }
   return {"method", true, "progressive: " + features.caster + ", and photons find the light behind it"};
 }
 

@@ -188,7 +188,7 @@ class RadianceWalk {
     if (map.size() == 0) return Rgb(0);
     const float radius_sq = nearest_radius_sq(map, surface.position, settings_.nearest, settings_.radius_sq);
     if (!(radius_sq > 0)) return Rgb(0);
-    return estimate_radiance(map, surface, bsdf, mask, radius_sq).radiance /
+    return estimate_radiance(map, surface, bsdf, mask, radius_sq) /
            static_cast<float>(settings_.maps->emitted);
   }
 
