@@ -107,7 +107,7 @@ class RadianceWalk {
     if ((gathered | weighted) == kNoLobe || scene_.lights.empty()) return;
     const Vec2 u = rng_.next2();
     const float choice = rng_.next();
-    if (gathered == kNoLobe || settings_.technique != Technique::density) {
+    if (gathered == kNoLobe || settings_.technique == Technique::trace || !see_emitters_) {
       radiance_ += path_.throughput * direct(surface, bsdf, gathered, weighted, followed, {u, choice});
       return;
     }
@@ -161,18 +161,21 @@ class RadianceWalk {
   }
 
   void add_density(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
-    static const GatherGuide kNoGuide;
-    const GatherGuide& guide = settings_.guide != nullptr ? *settings_.guide : kNoGuide;
     const Rgb scale = path_.throughput / static_cast<float>(settings_.maps->emitted);
     const auto add = [&](const PhotonMap& map, const Bandwidth& bandwidth) {
       if (map.size() == 0) return;
       const float radius_sq = settings_.radius_sq > 0 ? settings_.radius_sq : widest_radius_sq(surface, bandwidth);
       if (!(radius_sq > 0)) return;
-      const Reach reach(guide.edges, surface.position, surface.ng, std::sqrt(radius_sq));
+      const Reach reach(guide().edges, surface.position, surface.ng, std::sqrt(radius_sq));
       estimate_scales(map, surface, bsdf, mask, reach, radius_sq, scale, gathered_);
     };
-    add(settings_.maps->global, guide.global);
-    add(settings_.maps->caustic, guide.caustic);
+    add(settings_.maps->global, guide().global);
+    add(settings_.maps->caustic, guide().caustic);
+  }
+
+  const GatherGuide& guide() const {
+    static const GatherGuide kNone;
+    return settings_.guide != nullptr ? *settings_.guide : kNone;
   }
 
   // Enough photons for little noise within a pass, but no wider than the narrowest scale resolves pixels.
@@ -188,8 +191,10 @@ class RadianceWalk {
     if (map.size() == 0) return Rgb(0);
     const float radius_sq = nearest_radius_sq(map, surface.position, settings_.nearest, settings_.radius_sq);
     if (!(radius_sq > 0)) return Rgb(0);
-    return estimate_radiance(map, surface, bsdf, mask, radius_sq) /
-           static_cast<float>(settings_.maps->emitted);
+    const Reach reach(guide().edges, surface.position, surface.ng, std::sqrt(radius_sq));
+    ScaleEstimate sum;
+    estimate_scales(map, surface, bsdf, mask, reach, radius_sq, Rgb(1), sum);
+    return sum.widest / static_cast<float>(settings_.maps->emitted);
   }
 
   Rgb gather(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {

@@ -21,7 +21,7 @@ enum class Technique : std::uint8_t {
 struct RadianceSettings {
   Technique technique = Technique::trace;
   const PhotonMaps* maps = nullptr;      ///< null for Technique::trace
-  const GatherGuide* guide = nullptr;    ///< density: chooses radii and cuts kernels at edges; null: neither
+  const GatherGuide* guide = nullptr;    ///< cuts kernels at edges; density: chooses radii; null: neither
   float radius_sq = 0;                   ///< density: widest, 0 for the guide's; nearest, final_gather: largest
   float shrink = 1;                      ///< density: factor of the guide's radius², falling with the passes
   float pixel_width = 0;                 ///< density: a pixel's footprint in metres is pixel_width

@@ -28,11 +28,11 @@ PlanItem edges_item(const GatherGuide& guide) {
 RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, const PhotonMaps* maps) {
   RadianceSettings settings;
   settings.maps = maps;
+  settings.guide = task.guide.get();
   settings.nearest = task.settings.gather_photons;
   settings.max_depth = task.settings.max_depth;
   if (task.plan.method == Method::progressive) {
     settings.technique = Technique::density;
-    settings.guide = task.guide.get();
     settings.shrink = static_cast<float>(radius_sq_factor(pass));
     settings.radius_sq = task.settings.radius * task.settings.radius * settings.shrink;
     (task.camera.orthographic ? settings.pixel_width : settings.pixel_spread) =
@@ -59,11 +59,11 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
   Result<Plan> plan = make_plan(*scene, settings, execution);
   if (!plan) return plan.error();
   RenderTask task{std::move(scene), std::move(moved), photons, settings, std::move(plan).value(), nullptr};
-  if (task.plan.method == Method::progressive) {
+  if (task.plan.uses_maps) {
     auto guide = make_gather_guide(*task.scene, photons, execution);
     if (!guide) return guide.error();
     task.guide = std::move(guide).value();
-    task.plan.items.push_back(radius_item(settings));
+    if (task.plan.method == Method::progressive) task.plan.items.push_back(radius_item(settings));
     task.plan.items.push_back(edges_item(*task.guide));
   }
   return task;

@@ -24,7 +24,7 @@ struct RenderTask {
   PhotonSettings photons;
   RenderSettings settings;
   Plan plan;                 ///< of make_plan(*scene, settings)
-  std::shared_ptr<const GatherGuide> guide;   ///< null where no radius is to be chosen
+  std::shared_ptr<const GatherGuide> guide;   ///< null where no photons are gathered
 };
 
 /// Checks the settings and makes the plan. `camera` stands in the file's coordinates. Traces a small pilot where the plan needs one (radius), so it may

@@ -52,7 +52,7 @@ void add_task_options(CLI::App& app, TaskOptions& command) {
   app.add_option("--photons", command.photons.photons_per_pass, "Photon paths emitted per pass")
       ->capture_default_str();
   app.add_option("--radius", command.settings.radius,
-                 "First gather radius in metres (default: chosen for the scene)");
+                 "Widest gather radius of the first pass in metres (default: chosen for each gather)");
   app.add_option_function<std::uint64_t>(
       "--seed", [&command](const std::uint64_t& seed) { command.settings.seed = command.photons.seed = seed; },
       "Number that selects the random sequence (default: 0)");
