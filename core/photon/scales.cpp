@@ -20,6 +20,11 @@ using Lanes = PhotonLeaf::Lanes<T>;
 // 4^k: what relative squared distances of the scale k are larger by than those of the widest.
 constexpr float area_factor(int scale) { return static_cast<float>(1 << (2 * scale)); }
 
+float smallest(const Lanes<float>& v) {
+  std::array<float, kLeaf / 2> half;
+  for (std::uint32_t i = 0; i < half.size(); ++i) half[i] = v[i] < v[i + half.size()] ? v[i] : v[i + half.size()];
+  return std::min(std::min(half[0], half[2]), std::min(half[1], half[3]));
+}
 float total(const Lanes<float>& v) { return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7])); }
 
 // The kernels of one gather: K_k(d) = height[k]·(1 − 4^k d²/r²) where that is positive.
@@ -66,13 +71,12 @@ struct Sums {
   std::array<std::array<Lanes<float>, 3>, kScales> level{};
   std::array<Lanes<float>, kBands> square{};
 
-  // `value`: flux times BSDF of the leaf's photons, channel by channel.
-  void add(const Kernels& kernels, const Lanes<float>& t, const std::array<Lanes<float>, 3>& value) {
+  // `value`: flux times BSDF of the leaf's photons, channel by channel; `nearest`: the smallest of `t`.
+  void add(const Kernels& kernels, const Lanes<float>& t, float nearest, const std::array<Lanes<float>, 3>& value) {
     Lanes<float> value_sq;
     for (std::uint32_t i = 0; i < kLeaf; ++i) {
       value_sq[i] = value[0][i] * value[0][i] + value[1][i] * value[1][i] + value[2][i] * value[2][i];
     }
-    const float nearest = *std::min_element(t.begin(), t.end());
     Lanes<float> wider{};
     for (int k = 0; k < kScales; ++k) {
       const bool reached = nearest * area_factor(k) < 1;
@@ -122,11 +126,19 @@ std::array<Lanes<float>, 3> fluxes(const PhotonLeaf& leaf) {
   return flux;
 }
 
-template <class Visit>
-void for_leaves(const PhotonMap& map, const Kernels& kernels, const Visit& visit) {
+// Sums value(leaf, t) over the leaves where any photon counts.
+template <class Value>
+Sums sum_leaves(const PhotonMap& map, const Kernels& kernels, const Value& value) {
+  Sums sums;
   map.tree().query(kernels.center, kernels.radius_sq, [&](std::span<const std::uint32_t> leaves) {
-    for (const std::uint32_t leaf : leaves) visit(map.leaf(leaf), kernels.relative_distances_sq(map.leaf(leaf)));
+    for (const std::uint32_t i : leaves) {
+      const PhotonLeaf& leaf = map.leaf(i);
+      const Lanes<float> t = kernels.relative_distances_sq(leaf);
+      const float nearest = smallest(t);
+      if (nearest < 1) sums.add(kernels, t, nearest, value(leaf, t));
+    }
   });
+  return sums;
 }
 
 }  // namespace
@@ -134,15 +146,13 @@ void for_leaves(const PhotonMap& map, const Kernels& kernels, const Visit& visit
 void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask,
                      const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum) {
   const Kernels kernels(surface, reach, radius_sq);
-  Sums sums;
   if (bsdf.lobes() == kDiffuseLobe && !surface.smooth) {
     // A bare Lambert base is the same for all directions: it waits until the end.
-    for_leaves(map, kernels,
-               [&](const PhotonLeaf& leaf, const Lanes<float>& t) { sums.add(kernels, t, fluxes(leaf)); });
-    sums.add_to(sum, scale * bsdf.eval(surface.ns, mask, Transport::radiance));
+    sum_leaves(map, kernels, [](const PhotonLeaf& leaf, const Lanes<float>&) { return fluxes(leaf); })
+        .add_to(sum, scale * bsdf.eval(surface.ns, mask, Transport::radiance));
     return;
   }
-  for_leaves(map, kernels, [&](const PhotonLeaf& leaf, const Lanes<float>& t) {
+  const auto reflected = [&](const PhotonLeaf& leaf, const Lanes<float>& t) {
     std::array<Lanes<float>, 3> value{};
     for (std::uint32_t i = 0; i < kLeaf; ++i) {
       if (!(t[i] < 1)) continue;
@@ -154,9 +164,9 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
       const float factor = surface.smooth ? std::min(cosines, kMaxNormalFactor) : 1;
       for (int c = 0; c < 3; ++c) value[c][i] = factor * f[c] * decode_flux(leaf.flux[c][i]);
     }
-    sums.add(kernels, t, value);
-  });
-  sums.add_to(sum, scale);
+    return value;
+  };
+  sum_leaves(map, kernels, reflected).add_to(sum, scale);
 }
 
 }  // namespace photond
