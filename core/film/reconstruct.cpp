@@ -12,11 +12,19 @@ namespace {
 constexpr double kNoiseFactor = 2;
 // Half the window of each band, in pixels: a little less than the radii of its kernels at the widest.
 constexpr int kHalfWindow[kBands] = {5, 3, 2, 2};
-// The variances of overlapping kernels: Var[L_{j+1}] − Var[L_j] is by a third larger than Var[L_{j+1} − L_j] for
-// Epanechnikov kernels whose radii are one to two.
-constexpr double kOverlap = 4.0 / 3;
-// B r² − B (r/2)² = 3 B (r/2)²: the finest estimate is off by a third of what the last halving changed.
-constexpr double kLastBias = 1.0 / 3;
+// Epanechnikov kernels whose radii are one to two overlap: of the variance V of a band whose share is a, where the next
+// coarser one's is b, the picture gets V·a·(a + b/3) [to 1 % of V; exact for shares that are all 0 or 1], and what is
+// left out has V·a·(a + 5b/16) by the shares that are left out.
+constexpr double kOverlap = 1.0 / 3;
+constexpr double kOverlapLeft = 5.0 / 16;
+// What the finest estimate is off by, over what the last halving changed: 1/3 for smooth fields (B r² − B (r/2)² = 3 B
+// (r/2)²), 1.6 for the root mean square across a step.
+constexpr double kLastBias = 1;
+// A share that depends on the very noise it multiplies errs by 4·V·(1 − a)/m more than a fixed one [Stein 1981], m the
+// number of independent values in the window: between one, where kernels are much wider than the window, and many.
+constexpr double kFollow = 4.0 / 2;
+// Half the window of the bias: wider than those of the shares, whose errors would make it too small otherwise.
+constexpr int kHalfBiasWindow = 8;
 
 struct BandStatistics {
   double energy = 0;
@@ -46,15 +54,9 @@ glm::dvec3 band_mean(const Film::BandSums& sums, int band, double passes) {
   return glm::dvec3(value[0].value(), value[1].value(), value[2].value()) / passes;
 }
 
-std::vector<BandStatistics> local_statistics(const Film& film, int band, double passes) {
-  std::vector<BandStatistics> local(film.bands.size());
-  for (std::size_t i = 0; i < local.size(); ++i) {
-    const glm::dvec3 mean = band_mean(film.bands[i], band, passes);
-    local[i] = {glm::dot(mean, mean), film.bands[i].variance[band].value() / (passes * passes)};
-  }
-  smooth_lines(local, film.height, film.width, film.width, 1, kHalfWindow[band]);
-  smooth_lines(local, film.width, 1, film.height, film.width, kHalfWindow[band]);
-  return local;
+void smooth(std::vector<BandStatistics>& values, const Film& film, int half) {
+  smooth_lines(values, film.height, film.width, film.width, 1, half);
+  smooth_lines(values, film.width, 1, film.height, film.width, half);
 }
 
 // A scalar over RGB, dealt to the channels like the squares of the picture: photons have its colour.
@@ -75,24 +77,34 @@ Reconstruction reconstruct(const Film& film) {
   if (film.bands.empty()) return picture;
 
   const double passes = film.pass_count();
-  std::vector<double> share(pixels, 1), variance(pixels, 0), bias_sq(pixels, 0);
+  std::vector<double> share(pixels, 1), variance(pixels, 0);
+  std::vector<glm::dvec3> left_out(pixels, glm::dvec3(0));
+  std::vector<BandStatistics> local(pixels), bias(pixels);
   for (int band = 0; band < kBands; ++band) {
-    const std::vector<BandStatistics> local = local_statistics(film, band, passes);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const glm::dvec3 mean = band_mean(film.bands[i], band, passes);
+      local[i] = {glm::dot(mean, mean), film.bands[i].variance[band].value() / (passes * passes)};
+    }
+    smooth(local, film, kHalfWindow[band]);
     for (std::size_t i = 0; i < pixels; ++i) {
       const BandStatistics& s = local[i];
       const double wanted = s.energy > 0 ? std::max(0.0, 1 - kNoiseFactor * s.variance / s.energy) : 0;
+      const double coarser = share[i];
       share[i] = std::min(share[i], wanted);
-      const double signal = s.energy - s.variance;   // right on average, so not to be clamped yet
-      const double left = 1 - share[i];
-      picture.mean[i] += share[i] * band_mean(film.bands[i], band, passes);
-      variance[i] += share[i] * share[i] * kOverlap * s.variance;
-      bias_sq[i] += left * left * signal;
-      if (band == kBands - 1) bias_sq[i] += kLastBias * kLastBias * signal;
+      const glm::dvec3 mean = band_mean(film.bands[i], band, passes);
+      picture.mean[i] += share[i] * mean;
+      variance[i] += share[i] * (share[i] + kOverlap * coarser) * s.variance;
+      if (share[i] > 0) variance[i] += kFollow * (1 - share[i]) * s.variance;
+      const double left = band == kBands - 1 ? kLastBias : 1 - share[i];
+      left_out[i] += left * mean;
+      bias[i].variance += left * (left + kOverlapLeft * (1 - coarser)) * s.variance;
     }
   }
+  for (std::size_t i = 0; i < pixels; ++i) bias[i].energy = glm::dot(left_out[i], left_out[i]);
+  smooth(bias, film, kHalfBiasWindow);
   for (std::size_t i = 0; i < pixels; ++i) {
     picture.variance[i] = by_channel(variance[i], picture.mean[i]);
-    picture.bias_sq[i] = by_channel(bias_sq[i], picture.mean[i]);
+    picture.bias_sq[i] = by_channel(bias[i].energy - bias[i].variance, picture.mean[i]);
   }
   return picture;
 }

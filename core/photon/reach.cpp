@@ -9,8 +9,7 @@ namespace {
 
 // An edge so far off the tangent plane (in radii) ends another surface.
 constexpr float kMaxHeight = 0.03f;
-// A point on an edge would keep nothing of its kernel in half the directions: what remains is still divided by at
-// least this share.
+// A point in a narrow corner keeps little of its kernel: what remains is still divided by at least this share.
 constexpr float kMinCoverage = 0.05f;
 
 struct Directions {
@@ -62,11 +61,11 @@ Reach::Reach(const Edges& edges, const Vec3& point, const Vec3& normal, float ra
     };
     clip(a, b);
     clip(b, a);
-    cut(a, b);
+    cut(a, b, radius * radius);
   });
 }
 
-void Reach::cut(const Vec3& a, const Vec3& b) {
+void Reach::cut(const Vec3& a, const Vec3& b, float radius_sq) {
   const Directions& table = directions();
   const Vec2 p(a), q(b);
   const Vec2 along = q - p;
@@ -78,7 +77,8 @@ void Reach::cut(const Vec3& a, const Vec3& b) {
     if (determinant == 0) continue;
     const float t = moment / determinant;
     const float s = (p.x * w.y - p.y * w.x) / determinant;
-    if (!(t >= 0) || s < 0 || s > 1) continue;
+    // An edge through the center itself does not tell which side of it is the surface: it cuts nothing.
+    if (!(t > 0) || t * t >= radius_sq || s < 0 || s > 1) continue;
     reach_sq_[i] = std::min(reach_sq_[i], t * t);
     cut_ = true;
   }

@@ -41,7 +41,7 @@ class Reach {
     return static_cast<int>(turn * (kSectors / 4)) & (kSectors - 1);
   }
   float cut_coverage(float radius_sq) const;
-  void cut(const Vec3& a, const Vec3& b);
+  void cut(const Vec3& a, const Vec3& b, float radius_sq);
 
   Frame frame_;
   bool cut_ = false;

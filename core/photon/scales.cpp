@@ -101,12 +101,17 @@ struct Sums {
     }
   }
 
+  static Rgb sum_of(const std::array<Lanes<float>, 3>& v) { return {total(v[0]), total(v[1]), total(v[2])}; }
+
   void add_to(ScaleEstimate& sum, const Rgb& scale) const {
-    // Of the variance, which is summed over the channels, the mean square of the factors.
-    const float scale_sq = glm::dot(scale, scale) / 3;
+    // Of the variance, which is summed over the channels, the factors' mean square: weighed as if all photons had the
+    // colour of their sum.
+    const Rgb light = sum_of(level[0]);
+    const float light_sq = glm::dot(light, light);
+    const float scale_sq = light_sq > 0 ? glm::dot(scale * light, scale * light) / light_sq : 0;
     Rgb wider(0);
     for (int k = 0; k < kScales; ++k) {
-      const Rgb estimate = scale * Rgb(total(level[k][0]), total(level[k][1]), total(level[k][2]));
+      const Rgb estimate = scale * sum_of(level[k]);
       if (k == 0) {
         sum.widest += estimate;
       } else {

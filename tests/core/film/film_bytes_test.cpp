@@ -1,22 +1,25 @@
-#include "core/film/reconstruct.h"
 #include "core/film/film_bytes.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 
+#include "core/film/reconstruct.h"
 #include "core/math/rng.h"
 
 namespace photond {
 namespace {
 
-Film film_of(const std::vector<std::uint32_t>& passes, bool biased) {
+Film film_of(const std::vector<std::uint32_t>& passes, bool banded) {
   Film film(4, 3);
   for (std::uint32_t pass : passes) {
-    PassImage image{.radiance = Image(4, 3), .bias = biased ? Image(4, 3) : Image()};
+    PassImage image{.radiance = Image(4, 3), .bands = std::vector<Bands>(banded ? 12 : 0)};
     Rng rng(1, RngPurpose::pilot, pass, 0);
     for (Rgb& pixel : image.radiance.pixels) pixel = Rgb(rng.next(), 1e5f * rng.next(), 0);
-    for (Rgb& pixel : image.bias.pixels) pixel = Rgb(rng.next() - 0.5f);
+    for (Bands& bands : image.bands) {
+      for (Rgb& value : bands.value) value = Rgb(rng.next() - 0.5f);
+      for (float& variance : bands.variance) variance = rng.next();
+    }
     add_pass(film, pass, image);
   }
   return film;
@@ -32,8 +35,8 @@ TEST(FilmBytes, ComeBackAsTheSameFilm) {
   const std::vector<std::vector<std::uint32_t>> sets = {
       {}, {0}, {5, 6, 7}, range(0, 16), range(3, 70), range(16, 160), {0, 2, 17, 31, 32, 900}, {UINT32_MAX - 1}};
   for (const auto& passes : sets) {
-    for (bool biased : {false, true}) {
-      const Film film = film_of(passes, biased);
+    for (bool banded : {false, true}) {
+      const Film film = film_of(passes, banded);
       const std::vector<std::byte> bytes = film_bytes(film);
       const Result<Film> back = read_film(bytes);
       ASSERT_TRUE(back.ok()) << back.error().message;
@@ -80,7 +83,7 @@ TEST(FilmBytes, ManyRangesAreReadQuickly) {
   for (std::uint32_t i = 0; i < words[2]; ++i) words.insert(words.end(), {32 * i, 32 * i + 1});
   const Result<Film> film = read_film(std::as_bytes(std::span(words)));
   EXPECT_FALSE(film.ok());
-  words.insert(words.end(), {0, 0, 0});  // rejected, biased and a little more
+  words.insert(words.end(), {0, 0, 0});  // rejected, banded and a little more
   EXPECT_FALSE(read_film(std::as_bytes(std::span(words))).ok());
 }
 

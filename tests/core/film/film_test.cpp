@@ -1,4 +1,3 @@
-#include "core/film/reconstruct.h"
 #include "core/film/film.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 #include <numeric>
 #include <random>
 
+#include "core/film/reconstruct.h"
 #include "core/math/rng.h"
 
 namespace photond {
@@ -17,22 +17,26 @@ namespace {
 constexpr int kWidth = 5, kHeight = 3;
 
 PassImage constant(const Rgb& value) {
-  PassImage image{.radiance = Image(2, 1), .bias = {}};
+  PassImage image{.radiance = Image(2, 1)};
   image.radiance.pixels = {value, value};
   return image;
 }
 
-/// Values over the whole range that sums take, of both signs in `bias`, in a few places not finite.
+/// Values over the whole range that sums take, of both signs in the bands, in a few places not finite.
 PassImage random_pass(std::uint32_t pass) {
-  PassImage image{.radiance = Image(kWidth, kHeight), .bias = Image(kWidth, kHeight)};
+  PassImage image{.radiance = Image(kWidth, kHeight), .bands = std::vector<Bands>(kWidth * kHeight)};
   Rng rng(7, RngPurpose::pilot, pass, 0);
   const auto magnitude = [&rng] { return std::exp2(60 * rng.next() - 25) * rng.next(); };
   for (std::size_t i = 0; i < image.radiance.pixels.size(); ++i) {
     image.radiance.pixels[i] = Rgb(magnitude(), magnitude(), rng.next());
-    image.bias.pixels[i] = Rgb(magnitude() * (rng.next() - 0.5f), 0, rng.next() - 0.5f);
+    for (int j = 0; j < kBands; ++j) {
+      image.bands[i].value[j] = Rgb(magnitude() * (rng.next() - 0.5f), 0, rng.next() - 0.5f);
+      image.bands[i].variance[j] = magnitude();
+    }
   }
   if (pass % 5 == 0) image.radiance.pixels[pass % 15].y = std::nanf("");
-  if (pass % 7 == 0) image.bias.pixels[pass % 15].x = kInfinity;
+  if (pass % 7 == 0) image.bands[pass % 15].value[pass % kBands].x = kInfinity;
+  if (pass % 11 == 0) image.bands[pass % 15].variance[pass % kBands] = kInfinity;
   return image;
 }
 
@@ -56,7 +60,11 @@ void expect_equal(const Film& a, const Film& b) {
   EXPECT_TRUE(a.block_squares == b.block_squares);
   EXPECT_TRUE(a.pass_squares == b.pass_squares);
   EXPECT_TRUE(a.largest == b.largest);
-  EXPECT_TRUE(a.bias == b.bias);
+  ASSERT_EQ(a.bands.size(), b.bands.size());
+  for (std::size_t i = 0; i < a.bands.size(); ++i) {
+    EXPECT_TRUE(a.bands[i].value == b.bands[i].value);
+    EXPECT_TRUE(a.bands[i].variance == b.bands[i].variance);
+  }
   ASSERT_EQ(a.open.size(), b.open.size());
   for (std::size_t i = 0; i < a.open.size(); ++i) {
     EXPECT_EQ(a.open[i].index, b.open[i].index);
@@ -181,10 +189,10 @@ TEST(Film, ThreadsDoNotChangeABit) {
   const Workers workers(4);
   Film one(301, 67), many(301, 67);
   for (std::uint32_t pass = 0; pass < 70; ++pass) {
-    PassImage image{.radiance = Image(301, 67), .bias = Image(301, 67)};
+    PassImage image{.radiance = Image(301, 67), .bands = std::vector<Bands>(301 * 67)};
     Rng rng(3, RngPurpose::pilot, pass, 0);
     for (Rgb& pixel : image.radiance.pixels) pixel = Rgb(rng.next(), 1e6f * rng.next(), 1e-6f * rng.next());
-    for (Rgb& pixel : image.bias.pixels) pixel = Rgb(rng.next() - 0.5f);
+    for (Bands& bands : image.bands) bands.value[pass % kBands] = Rgb(rng.next() - 0.5f);
     add_pass(one, pass, image);
     add_pass(many, pass, image, workers.execution());
   }

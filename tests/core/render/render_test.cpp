@@ -31,7 +31,7 @@ TEST(RenderPass, BitsDoNotDependOnTheThreads) {
       const MapSource maps = [&](const MapKey& key, const Execution& e) { return build_photon_maps(*prepared, key, e); };
       auto image = render_pass(*task, 3, maps, execution);
       ASSERT_TRUE(image.ok());
-      images.push_back(std::move(image).value());
+      images.push_back(std::move(image->radiance));
     }
     EXPECT_EQ(images[0].pixels, images[1].pixels) << method_name(method);
     EXPECT_EQ(images[0].pixels, images[2].pixels) << method_name(method);
