@@ -54,12 +54,12 @@ double t_quantile(double degrees) {
   return z + (g1 + (g2 + (g3 + g4 / degrees) / degrees) / degrees) / degrees;
 }
 
-ErrorEstimate estimate_error(const Film& film) {
+ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
   const std::uint32_t passes = film.pass_count();
   if (passes < 2 || film.complete.empty()) return {};
   // A degree of freedom for each pixel is plenty for a mean over all.
   const Variance variance(film, 2);
-  const Reconstruction picture = reconstruct(film);
+  const Reconstruction picture = reconstruct(film, execution);
   double v_sum = 0, v_relative = 0, b_sum = 0, b_relative = 0;
   ErrorEstimate error{.known = true};
   for (std::size_t i = 0; i < film.complete.size(); ++i) {
@@ -81,13 +81,13 @@ ErrorEstimate estimate_error(const Film& film) {
   return error;
 }
 
-ErrorLayers error_layers(const Film& film) {
+ErrorLayers error_layers(const Film& film, const Execution& execution) {
   ErrorLayers layers{Image(film.width, film.height), Image(film.width, film.height), Image(film.width, film.height)};
   const std::uint32_t passes = film.pass_count();
   if (passes < 2) return layers;
   const Variance variance(film, kBlocksForEstimate);
   const double t = t_quantile(variance.degrees());
-  const Reconstruction picture = reconstruct(film);
+  const Reconstruction picture = reconstruct(film, execution);
   for (std::size_t i = 0; i < film.complete.size(); ++i) {
     const glm::dvec3 mean = pass_mean(film, i);
     for (int c = 0; c < 3; ++c) {

@@ -21,10 +21,10 @@ struct ErrorEstimate {
 
 /// V, the variance of the mean, is (spread of complete block means)/blocks: the passes of a block may depend on one
 /// another, and the block that is not complete counts for the mean only. With fewer than two complete blocks
-/// (kBlocksForEstimate for the error of single pixels) it is (spread of single passes)/passes, which is too large where stratification within the
-/// blocks helps. The bands' share of V and the squared bias b² are Reconstruction's; b² is clamped at
-/// 0 in the sum over the picture.
-ErrorEstimate estimate_error(const Film& film);
+/// (kBlocksForEstimate for the error of single pixels) it is (spread of single passes)/passes, which is too large where
+/// stratification within the blocks helps. The bands' share of V and the squared bias b² are Reconstruction's; b² is
+/// clamped at 0 in the sum over the picture. `execution`'s stop token does not interrupt it.
+ErrorEstimate estimate_error(const Film& film, const Execution& execution = {});
 
 /// The error of each pixel and channel, in radiance.
 struct ErrorLayers {
@@ -33,7 +33,7 @@ struct ErrorLayers {
   Image bound;  ///< b + noise
 };
 /// All black while there are fewer than two passes. Fewer than kReliablePasses passes say little about any pixel.
-ErrorLayers error_layers(const Film& film);
+ErrorLayers error_layers(const Film& film, const Execution& execution = {});
 inline constexpr std::uint32_t kReliablePasses = 8;
 
 /// Pixels where a single pass holds more than half of the sum.

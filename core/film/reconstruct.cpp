@@ -17,9 +17,10 @@ constexpr int kHalfWindow[kBands] = {5, 3, 2, 2};
 // left out has V·a·(a + 5b/16) by the shares that are left out.
 constexpr double kOverlap = 1.0 / 3;
 constexpr double kOverlapLeft = 5.0 / 16;
-// What the finest estimate is off by, over what the last halving changed: 1/3 for smooth fields (B r² − B (r/2)² = 3 B
-// (r/2)²), 1.6 for the root mean square across a step.
-constexpr double kLastBias = 1;
+// What all bands beyond one add up to, over that band: 1/3 for smooth fields (B r² − B (r/2)² = 3 B (r/2)²), 1.6 for
+// the root mean square across a step. Stands for the bands finer than the last, or than one that is not added at all:
+// what they hold cannot be told from their noise.
+constexpr double kBeyond = 0.7;   // their geometric mean
 // A share that depends on the very noise it multiplies errs by 4·V·(1 − a)/m more than a fixed one [Stein 1981], m the
 // number of independent values in the window: between one, where kernels are much wider than the window, and many.
 constexpr double kFollow = 4.0 / 2;
@@ -29,34 +30,51 @@ constexpr int kHalfBiasWindow = 8;
 struct BandStatistics {
   double energy = 0;
   double variance = 0;
+
+  BandStatistics& operator+=(const BandStatistics& other) {
+    energy += other.energy;
+    variance += other.variance;
+    return *this;
+  }
+  BandStatistics operator*(double factor) const { return {energy * factor, variance * factor}; }
 };
 
-// Mean over the window of what lies inside the picture, along rows or columns of `step` and `length`.
-void smooth_lines(std::vector<BandStatistics>& values, int lines, int line_step, int length, int step, int half) {
-  std::vector<BandStatistics> prefix(static_cast<std::size_t>(length) + 1);
-  for (int line = 0; line < lines; ++line) {
-    BandStatistics* first = values.data() + static_cast<std::size_t>(line) * line_step;
-    for (int k = 0; k < length; ++k) {
-      const BandStatistics& v = first[static_cast<std::size_t>(k) * step];
-      prefix[k + 1] = {prefix[k].energy + v.energy, prefix[k].variance + v.variance};
+// Runs body(y) for all rows.
+template <class Body>
+void for_rows(const Film& film, const Execution& execution, const Body& body) {
+  constexpr std::size_t kGrain = 16;
+  parallel_for({execution.arena, {}}, static_cast<std::size_t>(film.height), kGrain, body);
+}
+
+// Means over a square window, of what of it lies inside the picture. Sums of few summands: a prefix sum would leave
+// the rounding of the brightest pixel everywhere.
+void smooth(std::vector<BandStatistics>& values, const Film& film, int half, const Execution& execution) {
+  const auto width = static_cast<std::size_t>(film.width), height = static_cast<std::size_t>(film.height);
+  const auto reach = static_cast<std::size_t>(half);
+  std::vector<BandStatistics> rows(values.size());
+  for_rows(film, execution, [&](std::size_t y) {
+    const BandStatistics* from = values.data() + y * width;
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::size_t begin = x - std::min(x, reach), end = std::min(width, x + reach + 1);
+      BandStatistics sum;
+      for (std::size_t k = begin; k < end; ++k) sum += from[k];
+      rows[y * width + x] = sum * (1 / static_cast<double>(end - begin));
     }
-    for (int k = 0; k < length; ++k) {
-      const int begin = std::max(0, k - half), end = std::min(length, k + half + 1);
-      const double scale = 1.0 / (end - begin);
-      first[static_cast<std::size_t>(k) * step] = {(prefix[end].energy - prefix[begin].energy) * scale,
-                                                   (prefix[end].variance - prefix[begin].variance) * scale};
+  });
+  for_rows(film, execution, [&](std::size_t y) {
+    const std::size_t begin = y - std::min(y, reach), end = std::min(height, y + reach + 1);
+    const double scale = 1 / static_cast<double>(end - begin);
+    BandStatistics* to = values.data() + y * width;
+    std::fill(to, to + width, BandStatistics{});
+    for (std::size_t k = begin; k < end; ++k) {
+      for (std::size_t x = 0; x < width; ++x) to[x] += rows[k * width + x] * scale;
     }
-  }
+  });
 }
 
 glm::dvec3 band_mean(const Film::BandSums& sums, int band, double passes) {
   const auto& value = sums.value[band];
   return glm::dvec3(value[0].value(), value[1].value(), value[2].value()) / passes;
-}
-
-void smooth(std::vector<BandStatistics>& values, const Film& film, int half) {
-  smooth_lines(values, film.height, film.width, film.width, 1, half);
-  smooth_lines(values, film.width, 1, film.height, film.width, half);
 }
 
 // A scalar over RGB, dealt to the channels like the squares of the picture: photons have its colour.
@@ -67,51 +85,57 @@ glm::dvec3 by_channel(double value, const glm::dvec3& mean) {
 
 }  // namespace
 
-Reconstruction reconstruct(const Film& film) {
+Reconstruction reconstruct(const Film& film, const Execution& execution) {
   const std::size_t pixels = film.complete.size();
+  const auto width = static_cast<std::size_t>(film.width);
+  const auto for_pixels = [&](const auto& body) {
+    for_rows(film, execution, [&](std::size_t y) {
+      for (std::size_t i = y * width; i < (y + 1) * width; ++i) body(i);
+    });
+  };
   Reconstruction picture;
   picture.mean.resize(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) picture.mean[i] = pass_mean(film, i);
-  picture.variance.assign(pixels, glm::dvec3(0));
-  picture.bias_sq.assign(pixels, glm::dvec3(0));
+  picture.variance.resize(pixels);
+  picture.bias_sq.resize(pixels);
+  for_pixels([&](std::size_t i) { picture.mean[i] = pass_mean(film, i); });
   if (film.bands.empty()) return picture;
 
   const double passes = film.pass_count();
   std::vector<double> share(pixels, 1), variance(pixels, 0);
-  std::vector<glm::dvec3> left_out(pixels, glm::dvec3(0));
+  std::vector<glm::dvec3> mean(pixels), left_out(pixels, glm::dvec3(0));
   std::vector<BandStatistics> local(pixels), bias(pixels);
   for (int band = 0; band < kBands; ++band) {
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const glm::dvec3 mean = band_mean(film.bands[i], band, passes);
-      local[i] = {glm::dot(mean, mean), film.bands[i].variance[band].value() / (passes * passes)};
-    }
-    smooth(local, film, kHalfWindow[band]);
-    for (std::size_t i = 0; i < pixels; ++i) {
+    for_pixels([&](std::size_t i) {
+      mean[i] = band_mean(film.bands[i], band, passes);
+      local[i] = {glm::dot(mean[i], mean[i]), film.bands[i].variance[band].value() / (passes * passes)};
+    });
+    smooth(local, film, kHalfWindow[band], execution);
+    for_pixels([&](std::size_t i) {
+      const double coarser = share[i];
+      if (coarser == 0) return;   // finer bands tell nothing but noise
       const BandStatistics& s = local[i];
       const double wanted = s.energy > 0 ? std::max(0.0, 1 - kNoiseFactor * s.variance / s.energy) : 0;
-      const double coarser = share[i];
-      share[i] = std::min(share[i], wanted);
-      const glm::dvec3 mean = band_mean(film.bands[i], band, passes);
-      picture.mean[i] += share[i] * mean;
+      share[i] = std::min(coarser, wanted);
+      picture.mean[i] += share[i] * mean[i];
       variance[i] += share[i] * (share[i] + kOverlap * coarser) * s.variance;
       if (share[i] > 0) variance[i] += kFollow * (1 - share[i]) * s.variance;
-      const double left = band == kBands - 1 ? kLastBias : 1 - share[i];
-      left_out[i] += left * mean;
+      const double left = 1 - share[i] + (share[i] == 0 || band == kBands - 1 ? kBeyond : 0);
+      left_out[i] += left * mean[i];
       bias[i].variance += left * (left + kOverlapLeft * (1 - coarser)) * s.variance;
-    }
+    });
   }
-  for (std::size_t i = 0; i < pixels; ++i) bias[i].energy = glm::dot(left_out[i], left_out[i]);
-  smooth(bias, film, kHalfBiasWindow);
-  for (std::size_t i = 0; i < pixels; ++i) {
+  for_pixels([&](std::size_t i) { bias[i].energy = glm::dot(left_out[i], left_out[i]); });
+  smooth(bias, film, kHalfBiasWindow, execution);
+  for_pixels([&](std::size_t i) {
     picture.variance[i] = by_channel(variance[i], picture.mean[i]);
     picture.bias_sq[i] = by_channel(bias[i].energy - bias[i].variance, picture.mean[i]);
-  }
+  });
   return picture;
 }
 
-Image film_picture(const Film& film) {
+Image film_picture(const Film& film, const Execution& execution) {
   Image image(film.width, film.height);
-  const Reconstruction picture = reconstruct(film);
+  const Reconstruction picture = reconstruct(film, execution);
   for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = Rgb(picture.mean[i]);
   return image;
 }

@@ -10,7 +10,7 @@ namespace photond {
 struct Reconstruction {
   std::vector<glm::dvec3> mean;
   std::vector<glm::dvec3> variance;   ///< of `mean` by what the bands add; the variance of the pass means is apart
-  std::vector<glm::dvec3> bias_sq;    ///< unbiased estimate of the square of `mean`'s bias: negative in places
+  std::vector<glm::dvec3> bias_sq;    ///< of `mean`: energy of all that is left out, less its noise: negative in places
 };
 
 /// The mean of the passes plus as much of each band as is signal. A band's energy in a window around the pixel,
@@ -19,9 +19,9 @@ struct Reconstruction {
 /// [Wiener]. A finer band is never added in a larger share than a coarser one, so that the picture is a mixture of
 /// the estimates at the kScales radii with weights that are not negative. As passes are added the variance falls and
 /// every band that holds signal is added whole: consistent.
-Reconstruction reconstruct(const Film& film);
+Reconstruction reconstruct(const Film& film, const Execution& execution = {});
 
 /// The film's picture: reconstruct(film).mean.
-Image film_picture(const Film& film);
+Image film_picture(const Film& film, const Execution& execution = {});
 
 }  // namespace photond

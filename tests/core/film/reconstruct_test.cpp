@@ -139,10 +139,11 @@ TEST(ReconstructStatistical, KnowsItsError) {
                      static_cast<double>(layers.bound.pixels[i].x);
         }
       }
-      // What the narrowest radius leaves is a guess (kLastBias) between a step's, six times larger in the square
-      // than a smooth field's: the root is known to a factor of √2.
+      // What the bands beyond the added ones hold is a guess (kBeyond) between a step's, 1.6² of the square of the
+      // last one, and a smooth field's, 1/9 of it, and its window smears the bias of small spots: a root
+      // may be 1.4 too small and twice too large.
       EXPECT_GT(predicted, 0.5 * truth) << passes;
-      EXPECT_LT(predicted, 2 * truth) << passes;
+      EXPECT_LT(predicted, 4 * truth) << passes;
       EXPECT_GT(covered / (3.0 * 48 * 48), 0.9) << passes;
     }
   }
