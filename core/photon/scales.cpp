@@ -107,8 +107,9 @@ struct Sums {
     // Of the variance, which is summed over the channels, the factors' mean square: weighed as if all photons had the
     // colour of their sum.
     const Rgb light = sum_of(level[0]);
-    const float light_sq = glm::dot(light, light);
-    const float scale_sq = light_sq > 0 ? glm::dot(scale * light, scale * light) / light_sq : 0;
+    const float brightest = max_component(light);
+    const Rgb hue = brightest > 0 ? light / brightest : Rgb(1);
+    const float scale_sq = glm::dot(scale * hue, scale * hue) / glm::dot(hue, hue);
     Rgb wider(0);
     for (int k = 0; k < kScales; ++k) {
       const Rgb estimate = scale * sum_of(level[k]);

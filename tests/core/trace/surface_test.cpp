@@ -97,7 +97,7 @@ TEST(Surface, SpawnedRaysDoNotHitTheirOwnSurface) {
       int again = 0;
       int count = 0;
       for (int i = 0; i < 20'000; ++i) {
-        const Vec3 center(shift * scale);
+        const Vec3 center = Vec3(shift * scale) - scene->scene.origin;
         const Vec3 origin = center + 3 * scale * square_to_sphere(rng.next2());
         const Vec3 local = square_to_cosine_hemisphere(rng.next2());
         const Ray ray{origin, glm::normalize(center - origin)};
