@@ -140,6 +140,7 @@ void add_pass(Film& film, std::uint32_t pass, const PassImage& image, const Exec
     film.largest[i] = std::max(film.largest[i], value.x + value.y + value.z);
   });
   film.rejected += rejected;
+  film.truncated += image.truncated;
   block.passes = static_cast<std::uint16_t>(block.passes | 1u << (pass % kBlockPasses));
   add_ranges(film.passes, {{pass, pass + 1}});
   close_if_complete(film, pass / kBlockPasses, execution);
@@ -158,6 +159,7 @@ Status merge_film(Film& film, const Film& other) {
     }
   }
   film.rejected += other.rejected;
+  film.truncated += other.truncated;
   add_sums(film.complete, other.complete);
   add_sums(film.block_squares, other.block_squares);
   merge_bands(film.bands, other.bands);

@@ -44,6 +44,7 @@ struct Film {
   int height = 0;
   std::vector<PassRange> passes;  ///< ascending, never touching
   std::uint64_t rejected = 0;     ///< pixels of passes that were not finite or too large, and count as black
+  std::uint64_t truncated = 0;    ///< paths of passes that were cut at the depth limit
   std::uint32_t blocks = 0;       ///< complete ones
   Sums complete;                  ///< over the complete blocks
   SquareSums block_squares;       ///< of the complete blocks' means

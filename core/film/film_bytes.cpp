@@ -120,6 +120,7 @@ std::vector<std::byte> film_bytes(const Film& film) {
     writer.number(range.last);
   }
   writer.number(film.rejected);
+  writer.number(film.truncated);
   writer.number(static_cast<std::uint8_t>(film.bands.empty() ? 0 : 1));
   writer.array(film.complete);
   writer.array(film.block_squares);
@@ -141,6 +142,7 @@ Result<Film> read_film(std::span<const std::byte> bytes) {
   film.height = static_cast<int>(height);
   if (const Status ranges = read_ranges(reader, film); !ranges) return ranges.error();
   film.rejected = reader.number<std::uint64_t>();
+  film.truncated = reader.number<std::uint64_t>();
   const auto banded = reader.number<std::uint8_t>();
   if (!reader.ok() || banded > 1) return invalid_input("the film is cut short");
   find_blocks(film);

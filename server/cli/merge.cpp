@@ -96,6 +96,7 @@ Json merge_json(const MergeCommand& command, const Accumulator& accumulator) {
   json["outputs"] = command.outputs;
   json["passes"] = accumulator.film.pass_count();
   json["rejected_samples"] = accumulator.film.rejected;
+  json["truncated_paths"] = accumulator.film.truncated;
   json["error"] = error_json(accumulator.film, estimate_error(accumulator.film));
   return json;
 }

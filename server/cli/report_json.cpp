@@ -115,6 +115,7 @@ Json render_json(const RenderCommand& command, const StopRule& stop, const Rende
           {"outputs", command.outputs},
           {"passes", rendering.film.pass_count()},
           {"rejected_samples", rendering.film.rejected},
+          {"truncated_paths", rendering.film.truncated},
           {"stopped_by", rendering.stopped_by},
           {"seconds",
            {{"load", seconds.load},

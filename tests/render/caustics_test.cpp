@@ -144,9 +144,10 @@ TEST(HardCaseStatistical, LightInsideGlass12) {
     // .12 %); the floor sends .1 % back.
     look_at_with(
         c.equals("E = I/d² outside " + name, 2.5, {.relative = 0.003, .precision = 0.025}), room,
-        {.from = {0.1f, 1.3f, 0.1f}, .at = {0.3f, 2, 0.2f}, .radius = 0.4f, .photons = 30'000, .passes = 40},
+        {.from = {0.1f, 1.3f, 0.1f}, .at = {0.3f, 2, 0.2f}, .radius = 0.4f, .photons = 20'000, .passes = 40},
         photon_methods(), kPiD / static_cast<double>(kDark));
-    Quantity& flux = c.equals("photons' flux outside " + name, 40 * kPiD, {.relative = 1e-5});
+    // Stored fluxes are rounded at random to 1/256: 10⁻⁵ in the sum of twenty thousand.
+    Quantity& flux = c.equals("photons' flux outside " + name, 40 * kPiD, {.relative = 5e-5});
     for (const std::uint64_t seed : kSeeds) {
       const auto maps = shoot_maps(*room, 20'000, seed);
       flux.add("seed " + std::to_string(seed), total_flux(maps->caustic) / maps->emitted);
@@ -276,7 +277,8 @@ TEST(HardCaseStatistical, BallLens15) {
           const double phi = 2 * kPiD * i / 16;
           s.position = Vec3(place.at * std::cos(phi), place.at * std::sin(phi), -1.3);
           const auto r_sq = static_cast<float>(place.radius * place.radius);
-          sum += static_cast<double>(estimate_radiance(maps->caustic, s, bsdf, kDiffuseLobe, r_sq).x) / 16;
+          sum += static_cast<double>(estimate_radiance(maps->caustic, s, bsdf, kDiffuseLobe, r_sq).x) /
+                 16;
         }
         place.seen.add(sum * kPiD / static_cast<double>(kDark) / maps->emitted / 2);
       }
@@ -334,7 +336,7 @@ TEST(HardCaseStatistical, GlassRod17) {
   // Between the cones of .5236 and .5237 rad lies .03 % of the light, at the steepest angles.
   Quantity& q = c.equals("share that leaves by the far end", far, {.relative = 3e-4});
   Quantity& lost = c.at_most("share truncated or rejected", 0);
-  Quantity& bounces = c.at_most("1000 over the most reflections met", 1);
+  Quantity& bounces = c.at_most("500 over the mean number of reflections", 1);
   for (const std::uint64_t seed : kSeeds) {
     Sample share;
     double rays = 0;
@@ -348,8 +350,7 @@ TEST(HardCaseStatistical, GlassRod17) {
       rays += static_cast<double>(maps->rays) / 20'000;
     }
     q.add("seed " + std::to_string(seed), share);
-    // The mean way has 2 m·⟨tan θ⟩/(1 mm) ≈ 1000 reflections.
-    bounces.add("seed " + std::to_string(seed), 1000 / (rays * 2));
+    bounces.add("seed " + std::to_string(seed), 500 / rays);
   }
 }
 

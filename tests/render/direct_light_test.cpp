@@ -238,7 +238,8 @@ TEST(HardCase, GrazingPhotonsOnShadingNormals24) {
   const Ray ray{{0.5f, 0.5f, 1}, {0, 0, -1}};
   const SurfacePoint s = make_surface(room->scene, ray, room->accel.intersect(ray));
   const Bsdf bsdf(room->scene, s, {0, 0, 1});
-  const double seen = kPiD * static_cast<double>(estimate_radiance(map, s, bsdf, kDiffuseLobe, 0.01f).x);
+  const double seen =
+      kPiD * static_cast<double>(estimate_radiance(map, s, bsdf, kDiffuseLobe, 0.01f).x);
   // 600 photons in the disc: 5 % noise of the count, of the Epanechnikov kernel 6 %; four sigmas.
   c.at_most("estimate over the photons' density", 8, {.relative = 0.25}).add("", seen / kPhotons);
 }

@@ -43,7 +43,7 @@ std::array<Sample, 3> see(const std::shared_ptr<const PreparedScene>& scene, Met
     const auto image = render_pass(*task, 0, maps, execution);
     EXPECT_TRUE(image.ok());
     glm::dvec3 sum(0);
-    for (const Rgb& pixel : image->pixels) sum += glm::dvec3(pixel);
+    for (const Rgb& pixel : image->radiance.pixels) sum += glm::dvec3(pixel);
     for (int c = 0; c < 3; ++c) samples[static_cast<std::size_t>(c)].add(sum[c] / (look.side * look.side));
   }
   return samples;

@@ -45,7 +45,7 @@ Image picture(Scene scene, Method method, std::uint64_t seed) {
   const MapSource maps = [&](const MapKey& key, const Execution& e) {
     return build_photon_maps(*room, key, e);
   };
-  return *render_pass(*task, 0, maps, execution);
+  return render_pass(*task, 0, maps, execution)->radiance;
 }
 
 // Median over the pixels of |a − b|/b.
@@ -95,6 +95,10 @@ TEST(HardCase, DecimalScales19) {
     std::snprintf(what, sizeof what, "median relative difference of pixels at scale %g",
                   static_cast<double>(scale));
     Quantity& q = c.at_most(what, 1e-4);
+    std::snprintf(what, sizeof what, "the same with photons at scale %g", static_cast<double>(scale));
+    // Photons' fluxes are rounded at random to 1/256 by their bits: over some hundred photons 10⁻⁴ of the
+    // estimate.
+    Quantity& p = c.at_most(what, 5e-4);
     std::snprintf(what, sizeof what, "share of pixels that differ by 10⁻³ at scale %g",
                   static_cast<double>(scale));
     // A photon or path in the millions takes another way at a facet's edge; a pixel of final gather sees
@@ -104,7 +108,7 @@ TEST(HardCase, DecimalScales19) {
       for (const std::uint64_t seed : kSeeds) {
         const Image one = picture(small_room(1), method, seed);
         const Image other = picture(small_room(scale), method, seed);
-        q.add(run_name(method, seed), median_difference(other, one));
+        (method == Method::path ? q : p).add(run_name(method, seed), median_difference(other, one));
         s.add(run_name(method, seed), strays(other, one));
       }
     }
