@@ -6,9 +6,13 @@
 
 namespace photond {
 
+/// Four words computed with side by side; the functions below take one word or four.
+using Word4 = std::uint32_t __attribute__((vector_size(16)));
+
 /// A permutation of [0, 2³²) in which each bit depends on the lower bits only: Owen's nested uniform scrambling of
 /// a radical inverse whose bits are reversed [Laine and Karras 2011, with the constants of Vegdahl 2021].
-inline std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
+template <class Word>
+Word scramble_reversed(Word x, Word seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
   x *= (seed >> 16) | 1u;
@@ -17,15 +21,24 @@ inline std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   return x;
 }
 
-inline std::uint32_t reverse_bits(std::uint32_t x) {
-  x = __builtin_bswap32(x);
+inline std::uint32_t swap_bytes(std::uint32_t x) { return __builtin_bswap32(x); }
+inline Word4 swap_bytes(Word4 x) {
+  using Byte16 = std::uint8_t __attribute__((vector_size(16)));
+  constexpr Byte16 kOrder = {3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12};
+  return reinterpret_cast<Word4>(__builtin_shuffle(reinterpret_cast<Byte16>(x), kOrder));
+}
+
+template <class Word>
+Word reverse_bits(Word x) {
+  x = swap_bytes(x);
   x = ((x & 0x0f0f0f0fu) << 4) | ((x >> 4) & 0x0f0f0f0fu);
   x = ((x & 0x33333333u) << 2) | ((x >> 2) & 0x33333333u);
   return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
 }
 
 /// The second coordinate of the Sobol sequence with its bits reversed: Pascal's triangle modulo 2 times the index.
-inline std::uint32_t sobol_y_reversed(std::uint32_t index) {
+template <class Word>
+Word sobol_y_reversed(Word index) {
   index ^= (index >> 1) & 0x55555555u;
   index ^= (index >> 2) & 0x33333333u;
   index ^= (index >> 4) & 0x0f0f0f0fu;
@@ -45,6 +58,21 @@ inline Vec2 sobol_2d(std::uint32_t index, std::uint64_t seed) {
   const std::uint32_t y =
       reverse_bits(scramble_reversed(sobol_y_reversed(shuffled), static_cast<std::uint32_t>(second >> 32)));
   return {static_cast<float>(x >> 8) * 0x1p-24f, static_cast<float>(y >> 8) * 0x1p-24f};
+}
+
+/// sobol_2d(index, seed_xy) and sobol_2d(index, seed_zw), in little more time than one of them.
+inline Vec4 sobol_4d(std::uint32_t index, std::uint64_t seed_xy, std::uint64_t seed_zw) {
+  const auto low = [](std::uint64_t seed) { return static_cast<std::uint32_t>(seed); };
+  const auto high = [](std::uint64_t seed) { return static_cast<std::uint32_t>(seed >> 32); };
+  const std::uint64_t xy = mix64(seed_xy), zw = mix64(seed_zw);
+  const std::uint32_t reversed = reverse_bits(index);
+  const Word4 shuffled = reverse_bits(scramble_reversed(
+      Word4{reversed, reversed, reversed, reversed}, Word4{high(seed_xy), high(seed_xy), high(seed_zw), high(seed_zw)}));
+  const Word4 y = sobol_y_reversed(shuffled);
+  const Word4 sample = reverse_bits(
+      scramble_reversed(Word4{shuffled[0], y[1], shuffled[2], y[3]}, Word4{low(xy), high(xy), low(zw), high(zw)}));
+  const auto unit = [&](int i) { return static_cast<float>(sample[i] >> 8) * 0x1p-24f; };
+  return {unit(0), unit(1), unit(2), unit(3)};
 }
 
 }  // namespace photond

@@ -105,17 +105,16 @@ class RadianceWalk {
   void add_direct(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask gathered, LobeMask followed) {
     const LobeMask weighted = see_emitters_ ? followed & ~bsdf.delta_lobes() : kNoLobe;
     if ((gathered | weighted) == kNoLobe || scene_.lights.empty()) return;
-    const Vec2 u = rng_.next2();
-    const float choice = rng_.next();
+    const Vec3 u(rng_.next4());
     if (gathered == kNoLobe || settings_.technique == Technique::trace || !see_emitters_) {
-      radiance_ += path_.throughput * direct(surface, bsdf, gathered, weighted, followed, {u, choice});
+      radiance_ += path_.throughput * direct(surface, bsdf, gathered, weighted, followed, u);
       return;
     }
     // A path that ends in photons has cost much and sees light once: several points of the lights, evenly spread.
     static constexpr Vec3 kShifts[] = {{0, 0, 0}, {0.5f, 0.5f, 0.25f}, {0.25f, 0.75f, 0.5f}, {0.75f, 0.25f, 0.75f}};
     Rgb sum(0);
     for (const Vec3& shift : kShifts) {
-      sum += direct(surface, bsdf, gathered, weighted, followed, glm::fract(Vec3(u, choice) + shift));
+      sum += direct(surface, bsdf, gathered, weighted, followed, glm::fract(u + shift));
     }
     radiance_ += path_.throughput * (sum / static_cast<float>(std::size(kShifts)));
   }
@@ -198,9 +197,7 @@ class RadianceWalk {
   }
 
   Rgb gather(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
-    const Vec2 u = rng_.next2();
-    const float choice = rng_.next();
-    const auto sample = bsdf.sample({u, choice}, mask, Transport::radiance);
+    const auto sample = bsdf.sample(Vec3(rng_.next4()), mask, Transport::radiance);
     if (!sample) return Rgb(0);
     RadianceSettings settings = settings_;
     settings.technique = Technique::nearest;
@@ -215,16 +212,15 @@ class RadianceWalk {
       const float reflected = bsdf.smooth_glass_reflectance();
       if (reflected > 0 && reflected < 1) return follow_both(surface, bsdf, reflected);
     }
-    const Vec2 u = rng_.next2();
-    const float choice = rng_.next();
-    const auto sample = bsdf.sample({u, choice}, lobes, Transport::radiance);
+    const Vec4 u = rng_.next4();
+    const auto sample = bsdf.sample(Vec3(u), lobes, Transport::radiance);
     if (!sample) return false;
     continue_by(surface, *sample, 1);
     // Roulette by the weight without refraction's compression, which a later refraction undoes.
     if (path_.depth >= kRouletteDepth) {
       const float survival =
           survival_probability(max_component(path_.throughput) * path_.compression, path_.depth);
-      if (!(rng_.next() < survival)) return false;
+      if (!(u.w < survival)) return false;
       path_.throughput /= survival;
     }
     return true;
