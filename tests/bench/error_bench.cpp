@@ -112,9 +112,11 @@ std::vector<TimePoint> true_errors(const Series& series) {
 }
 
 // From five seconds on, when setting out no longer counts, and as long as the reference's noise is the smaller part.
-std::optional<double> slope(const Subject& subject, const Series& series) {
+// Of what is measured, or of that less `noise`: relMSE is on average the sum of the picture's own and the reference's.
+std::optional<double> slope(const Subject& subject, const Series& series, double noise) {
   std::vector<TimePoint> points = true_errors(series);
   std::erase_if(points, [&](const TimePoint& p) { return p.seconds < 5 || p.value < 2 * subject.floor; });
+  for (TimePoint& p : points) p.value -= noise;
   return fitted_exponent(points);
 }
 
@@ -135,7 +137,7 @@ void print_header(const Subject& subject, const std::vector<double>& times) {
   if (subject.floor > 0) std::printf(" (the reference's own noise: %.2g)", subject.floor);
   std::printf("\n%-20s", "method");
   for (const double t : columns(times)) std::printf(" %7g s", t);
-  std::printf(" %7s %9s %8s %8s\n", "slope", "est/true", "8×8", "passes");
+  std::printf(" %7s %7s %9s %9s %8s\n", "slope", "own", "est/true", "8×8", "passes");
 }
 
 void print_row(const Subject& subject, const Series& series, const std::vector<double>& times) {
@@ -145,8 +147,10 @@ void print_row(const Subject& subject, const Series& series, const std::vector<d
                                  [t](const ErrorRecord& r) { return r.seconds == t; });
     at == series.records.end() ? std::printf(" %9s", "-") : std::printf(" %9.2e", at->rel_mse);
   }
-  const auto exponent = slope(subject, series);
-  exponent ? std::printf(" %7.2f", *exponent) : std::printf(" %7s", "-");
+  for (const double noise : {0.0, subject.floor}) {
+    const auto exponent = slope(subject, series, noise);
+    exponent ? std::printf(" %7.2f", *exponent) : std::printf(" %7s", "-");
+  }
   if (series.records.empty()) {
     std::printf("  no pass was done in time\n");
   } else {
