@@ -5,8 +5,8 @@
 
 #include <tbb/global_control.h>
 
-#include "core/film/reconstruct.h"
 #include "core/film/film.h"
+#include "core/film/reconstruct.h"
 #include "core/photon/estimate.h"
 #include "core/photon/shoot.h"
 #include "tests/render/look.h"

@@ -3,8 +3,8 @@
 
 #include <numbers>
 
-#include "core/film/reconstruct.h"
 #include "core/film/film.h"
+#include "core/film/reconstruct.h"
 #include "core/scene/gltf.h"
 #include "tests/render/look.h"
 #include "tests/support/glb.h"
