@@ -189,7 +189,8 @@ TEST(HardCase, LimitsOfTheIndex44) {
     add_mesh(scene, sphere({0, 0, 0}, 1), add_material(scene, glass(ior)));
     char what[48];
     std::snprintf(what, sizeof what, "L/Le through a ball of index %g", static_cast<double>(ior));
-    look_at_with(c.equals(what, 1), prepared(std::move(scene)),
+    // Where smooth glass is followed both ways, what enters an index of a million (4·10⁻⁶ of the light) is lost in it.
+    look_at_with(c.equals(what, 1, {.relative = 1e-5}), prepared(std::move(scene)),
                  {.from = {0.4f, 3, 0.1f}, .at = {0.4f, 0, 0.1f}, .photons = 500, .passes = 20});
   }
 }
