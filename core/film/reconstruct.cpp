@@ -7,8 +7,8 @@ namespace photond {
 
 namespace {
 
-// Energies are estimated from few independent values: without this factor much noise would pass for signal. Errors of
-// the seven test scenes change by less than a tenth between 1.5 and 3.
+// Energies are estimated from few independent values: without this factor much noise would pass for signal. Between 1
+// and 2 the relMSE of a Cornell box and of a lamp in a glass shell changed by 5 %; 2 is the quieter picture.
 constexpr double kNoiseFactor = 2;
 // Half the window of each band, in pixels: a little less than the radii of its kernels at the widest.
 constexpr int kHalfWindow[kBands] = {5, 3, 2, 2};

@@ -51,10 +51,10 @@ class CountingMaps {
   std::shared_ptr<const PhotonMaps> last_;
 };
 
-MeasuredPass measure(const Film& film, Progress progress, const Image* reference) {
-  progress.error = estimate_error(film);
+MeasuredPass measure(const Film& film, Progress progress, const Image* reference, const Execution& execution) {
+  progress.error = estimate_error(film, execution);
   if (reference == nullptr) return {progress, {}};
-  return {progress, compare_images(film_picture(film), *reference)->rel_mse};
+  return {progress, compare_images(film_picture(film, execution), *reference)->rel_mse};
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ Result<Rendering> render_passes(const RenderTask& task, std::uint32_t first, con
   Progress progress;
   const auto add_to_series = [&] {
     const double begin = watch.seconds();
-    rendering.series.push_back(measure(rendering.film, progress, reference));
+    rendering.series.push_back(measure(rendering.film, progress, reference, execution));
     progress.error = rendering.series.back().progress.error;
     if (reference != nullptr) comparing += watch.seconds() - begin;
   };

@@ -87,7 +87,7 @@ Status RunJob::render_next_pass() {
   if (execution_.cancelled()) return cancelled();
   add_pass(film_, film_.pass_count(), *pass, execution_);
   ++passes_;
-  if (is_measured(film_.pass_count())) error_ = estimate_error(film_);
+  if (is_measured(film_.pass_count())) error_ = estimate_error(film_, execution_);
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
   return Done{};
 }
@@ -105,8 +105,9 @@ Status RunJob::finish() {
 
 Status RunJob::publish(bool result) {
   ++revision_;
-  error_ = estimate_error(film_);
-  job_->frames.publish(revision_, film_picture(film_), result ? std::optional(error_layers(film_)) : std::nullopt);
+  error_ = estimate_error(film_, execution_);
+  job_->frames.publish(revision_, film_picture(film_, execution_),
+                       result ? std::optional(error_layers(film_, execution_)) : std::nullopt);
   told_ = wall_seconds();
   return job_->note(EventKind::frame, [&](JobRecord& record) {
     put_numbers(record);
