@@ -66,8 +66,9 @@ struct Kernels {
   }
 };
 
-// Sums over photons of weight times value at each scale, and of the squares of the weights' differences.
-struct Sums {
+// Sums over a batch of leaves of weight times value at each scale, and of the squares of the weights' differences: few
+// enough terms for floats.
+struct BatchSums {
   std::array<std::array<Lanes<float>, 3>, kScales> level{};
   std::array<Lanes<float>, kBands> square{};
 
@@ -100,24 +101,36 @@ struct Sums {
       wider = weight;
     }
   }
+};
 
-  static Rgb sum_of(const std::array<Lanes<float>, 3>& v) { return {total(v[0]), total(v[1]), total(v[2])}; }
+// Sums over a whole gather.
+struct Sums {
+  std::array<glm::dvec3, kScales> level{};
+  std::array<double, kBands> square{};
+
+  void add(const BatchSums& batch) {
+    for (int k = 0; k < kScales; ++k) {
+      const auto& v = batch.level[k];
+      level[k] += glm::dvec3(total(v[0]), total(v[1]), total(v[2]));
+    }
+    for (int j = 0; j < kBands; ++j) square[j] += total(batch.square[j]);
+  }
 
   void add_to(ScaleEstimate& sum, const Rgb& scale) const {
     // Of the variance, which is summed over the channels, the factors' mean square: weighed as if all photons had the
     // colour of their sum.
-    const Rgb light = sum_of(level[0]);
+    const Rgb light(level[0]);
     const float brightest = max_component(light);
     const Rgb hue = brightest > 0 ? light / brightest : Rgb(1);
     const float scale_sq = glm::dot(scale * hue, scale * hue) / glm::dot(hue, hue);
     Rgb wider(0);
     for (int k = 0; k < kScales; ++k) {
-      const Rgb estimate = scale * sum_of(level[k]);
+      const Rgb estimate = scale * Rgb(level[k]);
       if (k == 0) {
         sum.widest += estimate;
       } else {
         sum.bands.value[k - 1] += estimate - wider;
-        sum.bands.variance[k - 1] += scale_sq * total(square[k - 1]);
+        sum.bands.variance[k - 1] += scale_sq * static_cast<float>(square[k - 1]);
       }
       wider = estimate;
     }
@@ -137,12 +150,14 @@ template <class Value>
 Sums sum_leaves(const PhotonMap& map, const Kernels& kernels, const Value& value) {
   Sums sums;
   map.tree().query(kernels.center, kernels.radius_sq, [&](std::span<const std::uint32_t> leaves) {
+    BatchSums batch;
     for (const std::uint32_t i : leaves) {
       const PhotonLeaf& leaf = map.leaf(i);
       const Lanes<float> t = kernels.relative_distances_sq(leaf);
       const float nearest = smallest(t);
-      if (nearest < 1) sums.add(kernels, t, nearest, value(leaf, t));
+      if (nearest < 1) batch.add(kernels, t, nearest, value(leaf, t));
     }
+    sums.add(batch);
   });
   return sums;
 }
