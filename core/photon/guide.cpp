@@ -5,7 +5,7 @@ namespace photond {
 namespace {
 
 constexpr std::uint32_t kPilotPass = 0xffffffff;   // a pass number no rendering reaches
-constexpr std::uint32_t kPilotPhotons = 32'768;    // an eighth of a pass, a few milliseconds
+constexpr std::uint32_t kPilotPhotons = 32'768;    // an eighth of a default pass
 
 }  // namespace
 

@@ -10,7 +10,7 @@ namespace photond {
 
 /// How far a disc around a point extends on its surface before an edge cuts it off: a radius for each of kSectors
 /// directions in the tangent plane. A kernel cut to this region and divided by what it keeps has no boundary bias
-/// of order 0: no dark seams where walls meet, no light from beyond a thin wall.
+/// of order 0: no dark seams where walls meet, next to no light from beyond a thin wall.
 class Reach {
  public:
   static constexpr int kSectors = 32;

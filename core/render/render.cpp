@@ -63,7 +63,10 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
     auto guide = make_gather_guide(*task.scene, photons, execution);
     if (!guide) return guide.error();
     task.guide = std::move(guide).value();
-    if (task.plan.method == Method::progressive) task.plan.items.push_back(radius_item(settings));
+    if (task.plan.method == Method::progressive) {
+      task.plan.radius = settings.radius;
+      task.plan.items.push_back(radius_item(settings));
+    }
     task.plan.items.push_back(edges_item(*task.guide));
   }
   return task;

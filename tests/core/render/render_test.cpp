@@ -38,5 +38,21 @@ TEST(RenderPass, BitsDoNotDependOnTheThreads) {
   }
 }
 
+// The plan tells the radius that was asked for, and 0 where each gather chooses its own.
+TEST(RenderTask, PlanTellsTheRadiusAskedFor) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 6}, true), test::add_material(scene, test::lambert(Rgb(0.5f))));
+  test::add_point_light(scene, {0, 0, 0}, Rgb(1));
+  const auto prepared = test::prepared(std::move(scene));
+  for (const float radius : {0.0f, 0.25f}) {
+    RenderSettings settings;
+    settings.method = Method::progressive;
+    settings.radius = radius;
+    const auto task = make_render_task(prepared, prepared->scene.cameras[0], {1000, 0}, settings, Execution{});
+    ASSERT_TRUE(task.ok());
+    EXPECT_EQ(task->plan.radius, radius);
+  }
+}
+
 }  // namespace
 }  // namespace photond
