@@ -78,8 +78,8 @@ class EventFeed {
 /// Where a reader continues: its Last-Event-ID (or the query's `after`), else `fresh`. An id from the future
 /// belongs to an earlier life of the service, and says nothing.
 Result<std::uint64_t> start_of(const Request& request, std::uint64_t newest, std::uint64_t fresh) {
-  const std::string text =
-      request.last_event_id.empty() ? request.query_value("after").value_or("") : request.last_event_id;
+  std::string text = request.header("last-event-id");
+  if (text.empty()) text = request.query_value("after").value_or("");
   if (text.empty()) return fresh;
   const auto id = parse_whole(text);
   if (!id) return invalid_input("Last-Event-ID must be the id of an event");

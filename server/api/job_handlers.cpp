@@ -138,9 +138,10 @@ Response Api::get_job(const Request& request) const {
   const Result<std::chrono::milliseconds> wait = query_wait(request);
   if (!wait) return bad_query(wait.error());
   std::optional<JobRecord> job;
+  const std::string known = request.header("if-none-match");
   const bool changed = wait_until(jobs_.events(), *wait, request.stop, [&] {
     job = store_.job(id);
-    return !job || request.if_none_match.empty() || !names_etag(request.if_none_match, job_etag(*job));
+    return !job || known.empty() || !names_etag(known, job_etag(*job));
   });
   if (!job) return no_job(id);
   return changed ? job_response(*job) : not_modified(job_etag(*job));
@@ -176,7 +177,7 @@ Response Api::get_frame(const Request& request) const {
     return problem(404, "not_found", "a revision is a number from 1, or latest");
   }
   const std::string etag = frame_etag(id, static_cast<std::uint32_t>(*revision), suffix);
-  if (names_etag(request.if_none_match, etag)) return not_modified(etag);
+  if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
   Response response = frame_response(id, static_cast<std::uint32_t>(*revision), *format);
   if (response.status != 200) return response;
   response.headers.emplace_back("ETag", etag);
@@ -203,7 +204,7 @@ Response Api::latest_frame(const Request& request, FrameFormat format, const std
     return none;
   }
   const std::string etag = frame_etag(id, job->revision, suffix);
-  if (names_etag(request.if_none_match, etag)) return not_modified(etag);
+  if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
   Response response = frame_response(id, job->revision, format);
   if (response.status != 200) return response;
   response.headers.emplace_back("ETag", etag);

@@ -20,8 +20,8 @@ struct Request {
   std::vector<std::string> captures;              ///< what the route's placeholders matched
   std::multimap<std::string, std::string> query;  ///< percent-decoded
   std::string content_type;                       ///< lower case, without parameters
-  std::string if_none_match;
-  std::string last_event_id;
+  std::map<std::string, std::string> headers;     ///< names in lower case, values as sent; see `header`
+  std::string peer;                               ///< the other end's address
   std::vector<std::byte> body;
   std::stop_token stop;  ///< triggered when the server shuts down
 
@@ -30,6 +30,11 @@ struct Request {
     const auto found = query.find(key);
     if (found == query.end()) return std::nullopt;
     return found->second;
+  }
+  /// The value of a header, named in lower case; empty where it is absent. Of a repeated one the first.
+  std::string header(const std::string& name) const {
+    const auto found = headers.find(name);
+    return found == headers.end() ? std::string() : found->second;
   }
 };
 

@@ -52,7 +52,7 @@ Response Api::get_scene_file(const Request& request) const {
   Response response;
   response.headers.emplace_back("ETag", etag);
   response.headers.emplace_back("Cache-Control", "private, max-age=31536000, immutable");
-  if (names_etag(request.if_none_match, etag)) {
+  if (names_etag(request.header("if-none-match"), etag)) {
     response.status = 304;
     return response;
   }

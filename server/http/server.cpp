@@ -43,11 +43,15 @@ const std::vector<std::pair<std::string, std::string>> kSecurityHeaders{
 /// One of a limited number of places; given back when the last copy goes.
 using Slot = std::shared_ptr<void>;
 
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
 std::string lower_type(const std::string& header) {
   std::string type = header.substr(0, header.find(';'));
   while (!type.empty() && type.back() == ' ') type.pop_back();
-  std::transform(type.begin(), type.end(), type.begin(), [](unsigned char c) { return std::tolower(c); });
-  return type;
+  return lower(std::move(type));
 }
 
 /// What a request says of its body. The library trusts these headers, so they are checked here.
@@ -307,8 +311,8 @@ Response HttpServer::State::run(const Route& route, Request request, const httpl
   request.path = in.path;
   request.query.insert(in.params.begin(), in.params.end());
   request.content_type = lower_type(in.get_header_value("Content-Type"));
-  request.if_none_match = in.get_header_value("If-None-Match");
-  request.last_event_id = in.get_header_value("Last-Event-ID");
+  for (const auto& [name, value] : in.headers) request.headers.emplace(lower(name), value);
+  request.peer = in.remote_addr;
   request.stop = stopping.get_token();
   return route.handler(request);
 }
