@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/temporary_folder.h"
+
 namespace photond::test {
 
 /// What a finished run of the program left.
@@ -16,22 +18,6 @@ struct Outcome {
 /// Runs the built program with its output in files (so: no terminal) and waits for its end. With `interrupt`,
 /// SIGINT is sent that many seconds after the start.
 Outcome run_photond(const std::vector<std::string>& arguments, double interrupt = 0);
-
-/// A new empty folder, removed with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  /// The path of a file in it.
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
 
 std::string read_text(const std::filesystem::path& file);
 void write_text(const std::filesystem::path& file, const std::string& text);
