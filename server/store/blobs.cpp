@@ -1,0 +1,135 @@
+#include "server/store/blobs.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <utility>
+
+namespace photond {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTemporary = ".new";  // ends the name of a file that is being written
+
+/// The file's size, or 0 where there is none.
+std::uint64_t size_of(const fs::path& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+}
+
+/// Removes a file that was not finished.
+class Unfinished {
+ public:
+  explicit Unfinished(fs::path path) : path_(std::move(path)) {}
+  ~Unfinished() { ::unlink(path_.c_str()); }  // fails, as it should, once the file is renamed
+  Unfinished(const Unfinished&) = delete;
+  Unfinished& operator=(const Unfinished&) = delete;
+
+ private:
+  fs::path path_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Blobs>> Blobs::open(const fs::path& folder) {
+  if (const Status made = make_folder(folder); !made) return made.error();
+  std::unique_ptr<Blobs> blobs(new Blobs(folder));
+  std::error_code failure;
+  for (const auto& entry : fs::directory_iterator(folder, failure)) {
+    if (entry.path().extension() == kTemporary) ::unlink(entry.path().c_str());
+  }
+  if (failure) return system_error("cannot read the folder " + folder.string(), failure.value());
+  const Status counted = blobs->list([&](const Digest& name) -> Status {
+    blobs->total_bytes_ += size_of(blobs->path_of(name));
+    return Done{};
+  });
+  if (!counted) return counted.error();
+  return blobs;
+}
+
+// One level of folders by the first byte would only help beyond some ten thousand files.
+fs::path Blobs::path_of(const Digest& name) const { return folder_ / to_hex(name); }
+
+Status Blobs::list(const std::function<Status(const Digest&)>& visit) const {
+  std::error_code failure;
+  for (const auto& entry : fs::directory_iterator(folder_, failure)) {
+    const auto name = digest_from_hex(entry.path().filename().string());
+    if (!name) continue;
+    if (const Status visited = visit(*name); !visited) return visited;
+  }
+  if (failure) return system_error("cannot read the folder " + folder_.string(), failure.value());
+  return Done{};
+}
+
+Result<Digest> Blobs::put(const std::function<Status(const Sink&)>& content) {
+  const fs::path temporary = folder_ / (std::to_string(next_temporary_++) + kTemporary);
+  Result<File> file = File::open(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+  if (!file) return file.error();
+  const Unfinished unfinished(temporary);
+  Hasher hasher;
+  const Status written = content([&](std::span<const std::byte> piece) {
+    hasher.update(piece);
+    return file->write(piece);
+  });
+  if (!written) return written.error();
+  const Digest name = hasher.finish();
+  if (const Status published = publish(std::move(*file), temporary, name); !published) return published.error();
+  return name;
+}
+
+Status Blobs::publish(File file, const fs::path& temporary, const Digest& name) {
+  if (const Status synced = file.sync(); !synced) return synced;
+  const fs::path path = path_of(name);
+  const std::lock_guard lock(changing_);
+  const std::uint64_t before = size_of(path);  // replaced where it is there already: it may be a damaged one
+  if (::rename(temporary.c_str(), path.c_str()) != 0) {
+    return system_error("cannot rename " + temporary.string(), errno);
+  }
+  total_bytes_ += size_of(path) - before;
+  return sync_folder(folder_);
+}
+
+Result<Digest> Blobs::put(std::span<const std::byte> bytes) {
+  return put([bytes](const Sink& sink) { return sink(bytes); });
+}
+
+Result<Blobs::Bytes> Blobs::get(const Digest& name) {
+  Result<std::vector<std::byte>> bytes = read_whole(path_of(name));
+  if (!bytes) return bytes.error();
+  if (sha256(*bytes) == name) return std::make_shared<const std::vector<std::byte>>(std::move(*bytes));
+  ++damaged_;
+  if (const Status removed = remove(name); !removed) return removed.error();
+  return Error{ErrorCode::not_found, "the file " + path_of(name).string() + " was damaged and is dropped", ""};
+}
+
+Status Blobs::remove(const Digest& name) {
+  const fs::path path = path_of(name);
+  const std::lock_guard lock(changing_);
+  const std::uint64_t size = size_of(path);
+  if (::unlink(path.c_str()) != 0) {
+    if (errno == ENOENT) return Done{};
+    return system_error("cannot remove " + path.string(), errno);
+  }
+  total_bytes_ -= size;
+  return Done{};
+}
+
+Result<std::size_t> Blobs::sweep(const std::function<bool(const Digest&)>& wanted) {
+  std::vector<Digest> unwanted;
+  const Status listed = list([&](const Digest& name) -> Status {
+    if (!wanted(name)) unwanted.push_back(name);
+    return Done{};
+  });
+  if (!listed) return listed.error();
+  for (const Digest& name : unwanted) {
+    if (const Status removed = remove(name); !removed) return removed.error();
+  }
+  return unwanted.size();
+}
+
+}  // namespace photond

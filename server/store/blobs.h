@@ -1,0 +1,66 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/digest.h"
+#include "core/base/result.h"
+#include "server/store/file.h"
+
+namespace photond {
+
+/// Files of one folder named by the SHA-256 of their content. Once `put` has returned a blob is on the disk, whole;
+/// what reads back differently is never served. Whoever keeps blobs has a folder of its own and refers to them by
+/// rows of the database that are written afterwards; a crash in between leaves blobs without a row, for `sweep`.
+/// Thread-safe.
+class Blobs {
+ public:
+  using Bytes = std::shared_ptr<const std::vector<std::byte>>;
+
+  /// Creates the folder where it is missing and removes what an interrupted `put` left. Errors: system_error.
+  static Result<std::unique_ptr<Blobs>> open(const std::filesystem::path& folder);
+
+  /// Takes the pieces of a content in order.
+  using Sink = std::function<Status(std::span<const std::byte>)>;
+  /// Writes what `content` gives to its sink: temporary file, fsync, rename, fsync of the folder. Errors: the
+  /// content's; system_error, so limit_exceeded at "disk" where there is no space.
+  Result<Digest> put(const std::function<Status(const Sink&)>& content);
+  Result<Digest> put(std::span<const std::byte> bytes);
+
+  /// Errors: not_found (also for a damaged one, which is removed), io.
+  Result<Bytes> get(const Digest& name);
+  /// Removing what is not there is no error.
+  Status remove(const Digest& name);
+  /// Removes every blob for which `wanted` is false; returns how many. For the start: what is just being put has no
+  /// row yet.
+  Result<std::size_t> sweep(const std::function<bool(const Digest&)>& wanted);
+
+  /// The size of all blobs together.
+  std::uint64_t total_bytes() const { return total_bytes_; }
+  /// Damaged ones found so far.
+  std::uint64_t damaged() const { return damaged_; }
+
+  std::filesystem::path path_of(const Digest& name) const;
+
+ private:
+  explicit Blobs(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  Status list(const std::function<Status(const Digest&)>& visit) const;
+  Status publish(File file, const std::filesystem::path& temporary, const Digest& name);
+
+  const std::filesystem::path folder_;
+  std::mutex changing_;  ///< names in the folder and the total change together
+  std::atomic<std::uint64_t> total_bytes_{0};
+  std::atomic<std::uint64_t> next_temporary_{0};
+  std::atomic<std::uint64_t> damaged_{0};
+};
+
+}  // namespace photond

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/result.h"
+
+namespace photond {
+
+/// The failure of a system call, by errno. No space left (or no quota) is limit_exceeded with `where` "disk",
+/// everything else io.
+Error system_error(const std::string& what, int number);
+/// limit_exceeded with `where` "disk": answered by 507, and a reason for jobs to pause.
+Error disk_full(const std::string& message);
+bool is_disk_full(const Error& error);
+
+/// An open file, closed with the object.
+class File {
+ public:
+  File() = default;
+  explicit File(int descriptor) : descriptor_(descriptor) {}
+  ~File();
+  File(File&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  File& operator=(File&& other) noexcept;
+
+  /// `flags` and `mode` as open(2). Errors: system_error.
+  static Result<File> open(const std::filesystem::path& path, int flags, unsigned mode = 0600);
+
+  int descriptor() const { return descriptor_; }
+  bool is_open() const { return descriptor_ >= 0; }
+  /// Writes everything.
+  Status write(std::span<const std::byte> bytes);
+  /// Returns once what was written is on the disk.
+  Status sync();
+
+ private:
+  int descriptor_ = -1;
+};
+
+/// Makes what was renamed, created or removed in a folder durable.
+Status sync_folder(const std::filesystem::path& folder);
+/// Creates a folder that only its owner may enter, with its parents; one that exists is left as it is.
+Status make_folder(const std::filesystem::path& folder);
+/// The whole file. Errors: not_found, io.
+Result<std::vector<std::byte>> read_whole(const std::filesystem::path& path);
+
+}  // namespace photond

@@ -1,0 +1,69 @@
+#include "server/store/schema.h"
+
+#include <array>
+
+namespace photond {
+
+namespace {
+
+constexpr std::array kSchema{
+    Migration{R"(
+CREATE TABLE scenes (
+  id BLOB PRIMARY KEY,            -- SHA-256 of the file, which is the blob of that name
+  arrival INTEGER NOT NULL,       -- ascending
+  name TEXT NOT NULL,
+  media_type TEXT NOT NULL,
+  bytes INTEGER NOT NULL,
+  sample INTEGER NOT NULL,
+  created_ms INTEGER NOT NULL
+) WITHOUT ROWID;
+
+CREATE TABLE jobs (
+  id TEXT PRIMARY KEY,
+  sequence INTEGER NOT NULL UNIQUE,
+  record TEXT NOT NULL            -- record_text.h, without the series
+) WITHOUT ROWID;
+
+CREATE TABLE series (
+  job TEXT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  revision INTEGER NOT NULL,
+  passes INTEGER NOT NULL,
+  seconds REAL NOT NULL,
+  error TEXT,
+  PRIMARY KEY (job, revision)
+) WITHOUT ROWID;
+
+CREATE TABLE events (
+  id INTEGER PRIMARY KEY,         -- ascending over all jobs, never used twice
+  job TEXT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  event TEXT NOT NULL
+);
+CREATE INDEX events_of_job ON events (job);
+
+CREATE TABLE frames (             -- pictures kept on disk: blobs
+  job TEXT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  revision INTEGER NOT NULL,
+  format INTEGER NOT NULL,
+  blob BLOB NOT NULL,
+  bytes INTEGER NOT NULL,
+  PRIMARY KEY (job, revision, format)
+) WITHOUT ROWID;
+CREATE INDEX frames_by_blob ON frames (blob);
+
+CREATE TABLE checkpoints (        -- films of unfinished and extensible jobs: blobs
+  job TEXT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  passes INTEGER NOT NULL,
+  blob BLOB NOT NULL,
+  bytes INTEGER NOT NULL,
+  seconds REAL NOT NULL,          -- of computing, until here
+  PRIMARY KEY (job, passes)
+) WITHOUT ROWID;
+CREATE INDEX checkpoints_by_blob ON checkpoints (blob);
+)"},
+};
+
+}  // namespace
+
+std::span<const Migration> schema() { return kSchema; }
+
+}  // namespace photond
