@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/api/api.h"
+#include "server/api/openapi.h"
 #include "server/http/routes.h"
 #include "server/http/server.h"
 #include "server/jobs/jobs.h"
@@ -45,13 +46,15 @@ Status check_options(const ServiceOptions& options) {
 }  // namespace
 
 struct Service::State {
-  explicit State(const ServiceOptions& o)
+  State(const ServiceOptions& o, Contract c)
       : options(o),
+        contract(std::move(c)),
         store(o.scene_store_bytes),
         jobs(store, job_limits(o)),
-        api(store, jobs, counts, api_limits(o)) {}
+        api(store, jobs, counts, contract, api_limits(o)) {}
 
   const ServiceOptions options;
+  const Contract contract;
   MemoryStore store;
   RequestCounts counts;
   Jobs jobs;
@@ -67,14 +70,18 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
     if (!loaded) return loaded.error();
     files = std::move(*loaded);
   }
-  auto state = std::make_unique<State>(options);
+  Result<Contract> contract = Contract::read(kOpenApiText);
+  if (!contract) return contract.error();
+  auto state = std::make_unique<State>(options, std::move(*contract));
   if (!options.samples_dir.empty()) {
     if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added)
       return added.error();
   }
   const HttpOptions http{options.host, options.port, options.max_streams, options.max_requests};
+  Result<std::vector<Route>> routes = make_routes(state->api);
+  if (!routes) return routes.error();
   Result<std::unique_ptr<HttpServer>> server =
-      HttpServer::start(http, make_routes(state->api), std::move(files), state->counts);
+      HttpServer::start(http, std::move(*routes), std::move(files), state->counts);
   if (!server) return server.error();
   state->http = std::move(*server);
   return std::unique_ptr<Service>(new Service(std::move(state)));

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "server/api/contract.h"
 #include "server/api/message.h"
 #include "server/api/request_counts.h"
 #include "server/jobs/jobs.h"
@@ -19,13 +20,14 @@ struct ApiLimits {
 };
 
 /// What answers each route: bytes to native types, a call into the jobs, native types to bytes. The routes
-/// themselves are in server/http/routes.cpp, the contract is openapi.json.
+/// themselves are in server/http/routes.cpp. Requests have been checked by the contract (check_request.h).
 class Api {
  public:
   /// All references must outlive the object.
-  Api(Store& store, Jobs& jobs, const RequestCounts& counts, const ApiLimits& limits)
-      : store_(store), jobs_(jobs), counts_(counts), limits_(limits) {}
+  Api(Store& store, Jobs& jobs, const RequestCounts& counts, const Contract& contract, const ApiLimits& limits)
+      : store_(store), jobs_(jobs), counts_(counts), contract_(contract), limits_(limits) {}
 
+  const Contract& contract() const { return contract_; }
   const ApiLimits& limits() const { return limits_; }
 
   // system_handlers.cpp
@@ -64,6 +66,7 @@ class Api {
   Store& store_;
   Jobs& jobs_;
   const RequestCounts& counts_;
+  const Contract& contract_;
   const ApiLimits limits_;
 };
 

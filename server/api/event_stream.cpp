@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <memory>
 #include <set>
 
@@ -77,13 +76,12 @@ class EventFeed {
 
 /// Where a reader continues: its Last-Event-ID (or the query's `after`), else `fresh`. An id from the future
 /// belongs to an earlier life of the service, and says nothing.
-Result<std::uint64_t> start_of(const Request& request, std::uint64_t newest, std::uint64_t fresh) {
-  std::string text = request.header("last-event-id");
-  if (text.empty()) text = request.query_value("after").value_or("");
-  if (text.empty()) return fresh;
-  const auto id = parse_whole(text);
-  if (!id) return invalid_input("Last-Event-ID must be the id of an event");
-  return *id <= newest ? *id : 0;
+std::uint64_t start_of(const Request& request, std::uint64_t newest, std::uint64_t fresh) {
+  const Json* id = parameter(request, "Last-Event-ID");
+  if (id == nullptr) id = parameter(request, "after");
+  if (id == nullptr) return fresh;
+  const std::uint64_t after = id->get<std::uint64_t>();
+  return after <= newest ? after : 0;
 }
 
 Response stream(std::shared_ptr<EventFeed> feed) {
@@ -100,29 +98,25 @@ Response stream(std::shared_ptr<EventFeed> feed) {
 Response Api::job_events(const Request& request) const {
   const std::string& id = request.captures[0];
   const EventLog& log = jobs_.events();
-  const Result<std::uint64_t> after = start_of(request, log.newest(), 0);
-  if (!after) return problem(400, "invalid_request", after.error().message);
+  const std::uint64_t after = start_of(request, log.newest(), 0);
   const auto job = store_.job(id);
   if (!job) return problem(404, "not_found", "there is no job " + id);
-  if (is_terminal(job->state) && log.read_after(*after, id).empty()) {
+  if (is_terminal(job->state) && log.read_after(after, id).empty()) {
     Response done;  // tells an EventSource to stop asking
     done.status = 204;
     return done;
   }
-  return stream(std::make_shared<EventFeed>(store_, log, std::set{id}, *after, true, request.stop));
+  return stream(std::make_shared<EventFeed>(store_, log, std::set{id}, after, true, request.stop));
 }
 
 Response Api::all_events(const Request& request) const {
   const EventLog& log = jobs_.events();
-  std::set<std::string> jobs;
-  const auto [begin, end] = request.query.equal_range("job");
-  std::transform(begin, end, std::inserter(jobs, jobs.end()), [](const auto& pair) { return pair.second; });
+  const auto jobs = parameter(request, "job")->get<std::set<std::string>>();
   for (const std::string& id : jobs) {
-    if (!store_.job(id)) return problem(404, "not_found", "there is no job " + id.substr(0, 64));
+    if (!store_.job(id)) return problem(404, "not_found", "there is no job " + id);
   }
-  const Result<std::uint64_t> after = start_of(request, log.newest(), jobs.empty() ? log.newest() : 0);
-  if (!after) return problem(400, "invalid_request", after.error().message);
-  return stream(std::make_shared<EventFeed>(store_, log, std::move(jobs), *after, false, request.stop));
+  const std::uint64_t after = start_of(request, log.newest(), jobs.empty() ? log.newest() : 0);
+  return stream(std::make_shared<EventFeed>(store_, log, jobs, after, false, request.stop));
 }
 
 }  // namespace photond

@@ -1,4 +1,4 @@
-#include <algorithm>
+#include <cstdio>
 
 #include "server/api/api.h"
 #include "server/api/job_message.h"
@@ -34,6 +34,14 @@ bool wait_until(const EventLog& log, std::chrono::milliseconds wait, const std::
   }
 }
 
+/// A place in the list of jobs as a cursor, and back. It names the job before it, so that new jobs move nothing.
+std::string cursor_at(std::uint64_t sequence) {
+  char text[24];
+  std::snprintf(text, sizeof text, "c-%016llx", static_cast<unsigned long long>(sequence));
+  return text;
+}
+std::uint64_t place_of(const std::string& cursor) { return std::stoull(cursor.substr(2), nullptr, 16); }
+
 struct JobFilter {
   std::optional<JobState> state;
   std::optional<Digest> scene;
@@ -46,28 +54,18 @@ struct JobFilter {
   }
 };
 
-Result<JobFilter> parse_filter(const Request& request) {
+JobFilter read_filter(const Request& request) {
   JobFilter filter;
-  if (const auto name = request.query_value("state")) {
-    filter.state = state_from_name(*name);
-    if (!filter.state) return invalid_input("the query's state is not the name of a state", "?state");
-  }
-  if (const auto id = request.query_value("scene")) {
-    filter.scene = digest_from_hex(*id);
-    if (!filter.scene) return invalid_input("the query's scene is not an id", "?scene");
-  }
-  filter.label = request.query_value("label");
-  const Result<std::uint64_t> cursor = query_whole(request, "cursor", UINT64_MAX, 0, UINT64_MAX);
-  if (!cursor) return cursor.error();
-  filter.before = *cursor;
+  if (const auto name = text_parameter(request, "state")) filter.state = state_from_name(*name);
+  if (const auto id = text_parameter(request, "scene")) filter.scene = digest_from_hex(*id);
+  filter.label = text_parameter(request, "label");
+  if (const auto cursor = text_parameter(request, "cursor")) filter.before = place_of(*cursor);
   return filter;
 }
 
-std::optional<FrameFormat> format_of(const std::string& suffix) {
+FrameFormat format_of(const std::string& suffix) {
   if (suffix == "png") return FrameFormat::png;
-  if (suffix == "jpg") return FrameFormat::jpg;
-  if (suffix == "exr") return FrameFormat::exr;
-  return std::nullopt;
+  return suffix == "jpg" ? FrameFormat::jpg : FrameFormat::exr;
 }
 
 const char* frame_type(FrameFormat format) {
@@ -81,8 +79,6 @@ const char* frame_type(FrameFormat format) {
   }
   return "application/octet-stream";
 }
-
-Response bad_query(const Error& error) { return problem(400, "invalid_query", error.message, error.where); }
 
 std::string frame_etag(const std::string& id, std::uint32_t revision, const std::string& suffix) {
   return strong_etag(id + "." + std::to_string(revision) + "." + suffix);
@@ -98,10 +94,9 @@ Response not_modified(const std::string& etag) {
 }  // namespace
 
 Response Api::post_job(const Request& request) {
-  const Result<JobSpec> spec = parse_job(request.body);
-  if (!spec && spec.error().where.empty()) return problem(400, "invalid_json", spec.error().message);
+  const Result<JobSpec> spec = parse_job(*request.json);
   if (!spec) return problem(spec.error());
-  if (const auto dry = request.query_value("dry_run"); dry && *dry == "true") {
+  if (*parameter(request, "dry_run") == true) {
     const Result<Plan> plan = jobs_.check(*spec, request.stop);
     if (!plan) return problem(plan.error());
     return json_response({{"spec", spec_message(*spec)}, {"plan", plan_message(*plan)}});
@@ -114,17 +109,15 @@ Response Api::post_job(const Request& request) {
 }
 
 Response Api::list_jobs(const Request& request) const {
-  const Result<JobFilter> filter = parse_filter(request);
-  if (!filter) return bad_query(filter.error());
-  const Result<std::uint64_t> limit = query_whole(request, "limit", 50, 1, 200);
-  if (!limit) return bad_query(limit.error());
+  const JobFilter filter = read_filter(request);
+  const std::uint64_t limit = whole_parameter(request, "limit");
   Json list = Json::array();
   Json next = nullptr;
   std::uint64_t last = 0;
   for (const JobRecord& job : store_.jobs()) {
-    if (!filter->admits(job)) continue;
-    if (list.size() == *limit) {
-      next = std::to_string(last);
+    if (!filter.admits(job)) continue;
+    if (list.size() == limit) {
+      next = cursor_at(last);
       break;
     }
     last = job.sequence;
@@ -135,11 +128,9 @@ Response Api::list_jobs(const Request& request) const {
 
 Response Api::get_job(const Request& request) const {
   const std::string& id = request.captures[0];
-  const Result<std::chrono::milliseconds> wait = query_wait(request);
-  if (!wait) return bad_query(wait.error());
   std::optional<JobRecord> job;
   const std::string known = request.header("if-none-match");
-  const bool changed = wait_until(jobs_.events(), *wait, request.stop, [&] {
+  const bool changed = wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
     job = store_.job(id);
     return !job || known.empty() || !names_etag(known, job_etag(*job));
   });
@@ -166,19 +157,14 @@ Response Api::get_series(const Request& request) const {
 
 Response Api::get_frame(const Request& request) const {
   const std::string& id = request.captures[0];
-  const std::string& which = request.captures[1];
   const std::string& suffix = request.captures[2];
-  const auto format = format_of(suffix);
-  if (!format) return problem(404, "not_found", "pictures are .png, .jpg or .exr");
+  const FrameFormat format = format_of(suffix);
   if (!store_.job(id)) return no_job(id);
-  if (which == "latest") return latest_frame(request, *format, suffix);
-  const auto revision = parse_whole(which);
-  if (!revision || *revision == 0 || *revision > UINT32_MAX) {
-    return problem(404, "not_found", "a revision is a number from 1, or latest");
-  }
-  const std::string etag = frame_etag(id, static_cast<std::uint32_t>(*revision), suffix);
+  if (request.captures[1] == "latest") return latest_frame(request, format, suffix);
+  const auto revision = static_cast<std::uint32_t>(whole_parameter(request, "rev"));
+  const std::string etag = frame_etag(id, revision, suffix);
   if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
-  Response response = frame_response(id, static_cast<std::uint32_t>(*revision), *format);
+  Response response = frame_response(id, revision, format);
   if (response.status != 200) return response;
   response.headers.emplace_back("ETag", etag);
   response.headers.emplace_back("Cache-Control", "private, max-age=31536000, immutable");
@@ -187,17 +173,14 @@ Response Api::get_frame(const Request& request) const {
 
 Response Api::latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const {
   const std::string& id = request.captures[0];
-  const Result<std::uint64_t> after = query_whole(request, "after", 0, 0, UINT32_MAX);
-  if (!after) return bad_query(after.error());
-  const Result<std::chrono::milliseconds> wait = query_wait(request);
-  if (!wait) return bad_query(wait.error());
+  const std::uint64_t after = whole_parameter(request, "after");
   std::optional<JobRecord> job;
-  wait_until(jobs_.events(), *wait, request.stop, [&] {
+  wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
     job = store_.job(id);
-    return !job || job->revision > *after || is_terminal(job->state);
+    return !job || job->revision > after || is_terminal(job->state);
   });
   if (!job) return no_job(id);
-  if (job->revision <= *after) {
+  if (job->revision <= after) {
     Response none;
     none.status = 204;
     none.headers.emplace_back("Cache-Control", "no-store");

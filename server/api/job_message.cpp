@@ -22,9 +22,11 @@ Json camera_json(const CameraChoice& choice) {
 }
 
 Json stop_json(const StopRule& stop) {
-  return {{"passes", optional_json(stop.passes)},
-          {"seconds", optional_json(stop.seconds)},
-          {"relative_error", optional_json(stop.relative_error)}};
+  Json json = Json::object();
+  if (stop.passes) json["passes"] = *stop.passes;
+  if (stop.seconds) json["seconds"] = *stop.seconds;
+  if (stop.relative_error) json["relative_error"] = *stop.relative_error;
+  return json;
 }
 
 Json error_json(const std::optional<ErrorEstimate>& error) { return error ? error_message(*error) : Json(nullptr); }

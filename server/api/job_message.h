@@ -7,9 +7,9 @@
 
 namespace photond {
 
-/// Reads the message of POST /v1/jobs. Strict: unknown fields, wrong types and values out of range are
-/// errors whose `where` is the JSON pointer of the field. Ranges of settings are checked by check_settings.
-Result<JobSpec> parse_job(std::span<const std::byte> text);
+/// Reads the message of POST /v1/jobs, which keeps the schema JobSpec of the contract. Errors: invalid_input for what no
+/// schema says (a camera that looks nowhere), with the JSON pointer of the field.
+Result<JobSpec> parse_job(const Json& message);
 
 /// A job as clients see it.
 Json job_message(const JobRecord& job);

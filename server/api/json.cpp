@@ -4,6 +4,8 @@
 #include <set>
 #include <vector>
 
+#include "server/api/query.h"
+
 namespace photond {
 
 namespace {
@@ -59,6 +61,33 @@ Result<Json> parse_json(std::span<const std::byte> text) {
   StructureCheck check;
   if (!Json::sax_parse(begin, end, &check)) return invalid_input(check.reason());
   return Json::parse(begin, end, nullptr, false);
+}
+
+std::string pointer_token(const std::string& name) {
+  std::string text;
+  for (const char c : name) text += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+  return text;
+}
+
+const Json* find_pointer(const Json& document, std::string_view pointer) {
+  const Json* at = &document;
+  while (!pointer.empty()) {
+    if (pointer.front() != '/') return nullptr;
+    const std::string_view token = pointer.substr(1, pointer.find('/', 1) - 1);
+    pointer.remove_prefix(1 + token.size());
+    const Json* next = nullptr;
+    if (at->is_object()) {
+      for (const auto& [name, member] : at->items()) {
+        if (pointer_token(name) == token) next = &member;
+      }
+    } else if (at->is_array()) {
+      const auto index = parse_whole(token);
+      if (index && *index < at->size()) next = &(*at)[*index];
+    }
+    if (next == nullptr) return nullptr;
+    at = next;
+  }
+  return at;
 }
 
 std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "core/base/result.h"
 #include "server/api/message.h"
@@ -17,6 +18,11 @@ using Json = nlohmann::ordered_json;
 /// Parses a JSON text, refusing more than `kMaxJsonDepth` levels and repeated keys. Errors: invalid_input.
 inline constexpr int kMaxJsonDepth = 16;
 Result<Json> parse_json(std::span<const std::byte> text);
+
+/// A name as one step of a JSON pointer: ~ and / escaped.
+std::string pointer_token(const std::string& name);
+/// What a JSON pointer ("" or "/a/0") leads to; null where it leads nowhere.
+const Json* find_pointer(const Json& document, std::string_view pointer);
 
 /// A JSON response, not to be stored by caches. Text that is not UTF-8 is repaired.
 Response json_response(const Json& body, int status = 200);

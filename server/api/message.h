@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -23,14 +24,10 @@ struct Request {
   std::map<std::string, std::string> headers;     ///< names in lower case, values as sent; see `header`
   std::string peer;                               ///< the other end's address
   std::vector<std::byte> body;
+  std::shared_ptr<const nlohmann::ordered_json> parameters;  ///< of path, query and headers, checked: see query.h
+  std::shared_ptr<const nlohmann::ordered_json> json;        ///< a JSON body, checked
   std::stop_token stop;  ///< triggered when the server shuts down
 
-  /// The first value of a query key.
-  std::optional<std::string> query_value(const std::string& key) const {
-    const auto found = query.find(key);
-    if (found == query.end()) return std::nullopt;
-    return found->second;
-  }
   /// The value of a header, named in lower case; empty where it is absent. Of a repeated one the first.
   std::string header(const std::string& name) const {
     const auto found = headers.find(name);
@@ -51,7 +48,8 @@ struct Response {
   std::variant<std::string, SharedBytes, Pieces> body;
 };
 
-/// What answers a request; throws nothing of its own.
-using Handler = std::function<Response(const Request&)>;
+/// What looks at a request before its body is read, and what answers it; they throw nothing of their own.
+using Admission = std::function<std::optional<Response>(Request&)>;
+using Handler = std::function<Response(Request&)>;
 
 }  // namespace photond

@@ -1,6 +1,6 @@
 #include "server/api/problem.h"
 
-#include <nlohmann/json.hpp>
+#include "server/api/json.h"
 
 namespace photond {
 
@@ -92,19 +92,26 @@ const char* error_name(ErrorCode code) {
 }
 
 Response problem(int status, const std::string& code, const std::string& detail, const std::string& pointer) {
-  nlohmann::ordered_json body{{"type", "about:blank"},
-                              {"title", title_of(status)},
-                              {"status", status},
-                              {"code", code},
-                              {"detail", detail}};
-  if (!pointer.empty()) body["pointer"] = pointer;
+  return problem(status, code, {{pointer, detail}});
+}
+
+Response problem(int status, const std::string& code, const std::vector<Violation>& violations) {
+  Json body{{"type", "about:blank"},
+            {"title", title_of(status)},
+            {"status", status},
+            {"code", code},
+            {"detail", violations.front().detail}};
+  if (!violations.front().where.empty()) body["pointer"] = violations.front().where;
+  if (violations.size() > 1) {
+    for (const Violation& violation : violations)
+      body["errors"].push_back({{"pointer", violation.where}, {"detail", violation.detail}});
+  }
   Response response;
   response.status = status;
   response.content_type = "application/problem+json";
   response.headers.emplace_back("Cache-Control", "no-store");
   if (status == 429 || status == 503) response.headers.emplace_back("Retry-After", "2");
-  // Names in a scene file need not be UTF-8.
-  response.body = body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  response.body = to_text(body);
   return response;
 }
 

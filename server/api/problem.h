@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/base/result.h"
 #include "server/api/message.h"
@@ -11,6 +12,15 @@ namespace photond {
 /// `detail` and, where it is not empty, `pointer` (a JSON pointer into the request, or the place in a file).
 Response problem(int status, const std::string& code, const std::string& detail,
                  const std::string& pointer = {});
+
+/// A way in which a request breaks the contract.
+struct Violation {
+  std::string where;   ///< JSON pointer into the body, or ?name of a query key, {name} of a part of the path, a header
+  std::string detail;  ///< "/film/width must be a whole number from 1 to 16384"
+};
+
+/// The problem for several mistakes: `detail` and `pointer` are those of the first, `errors` lists all.
+Response problem(int status, const std::string& code, const std::vector<Violation>& violations);
 
 /// The problem for an error of the layers below.
 Response problem(const Error& error);

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/result.h"
+#include "server/api/json.h"
 #include "server/api/message.h"
 
 namespace photond {
@@ -19,23 +19,26 @@ inline std::optional<std::uint64_t> parse_whole(std::string_view text) {
   return value;
 }
 
-/// The whole number of a query key, `missing` where it is absent. Errors: invalid_input with `where` "?key".
-inline Result<std::uint64_t> query_whole(const Request& request, const std::string& key, std::uint64_t missing,
-                                         std::uint64_t min, std::uint64_t max) {
-  const auto text = request.query_value(key);
-  if (!text) return missing;
-  const auto value = parse_whole(*text);
-  if (value && *value >= min && *value <= max) return *value;
-  return invalid_input("the query's " + key + " must be a whole number from " + std::to_string(min) + " to " +
-                           std::to_string(max),
-                       "?" + key);
+/// A parameter of a request by its name in the contract, which says what type it has and whether it has a default;
+/// null where it is absent.
+inline const Json* parameter(const Request& request, const char* name) {
+  const auto found = request.parameters->find(name);
+  return found == request.parameters->end() ? nullptr : &*found;
 }
 
-/// How long a long poll waits: the query's `wait`, 0 … 60 seconds.
-inline Result<std::chrono::milliseconds> query_wait(const Request& request) {
-  const Result<std::uint64_t> seconds = query_whole(request, "wait", 0, 0, 60);
-  if (!seconds) return seconds.error();
-  return std::chrono::milliseconds(1000 * *seconds);
+inline std::optional<std::string> text_parameter(const Request& request, const char* name) {
+  const Json* value = parameter(request, name);
+  return value != nullptr ? std::optional(value->get<std::string>()) : std::nullopt;
+}
+
+/// Of a parameter with a default.
+inline std::uint64_t whole_parameter(const Request& request, const char* name) {
+  return parameter(request, name)->get<std::uint64_t>();
+}
+
+/// How long a long poll waits.
+inline std::chrono::milliseconds wait_parameter(const Request& request) {
+  return std::chrono::milliseconds(1000 * whole_parameter(request, "wait"));
 }
 
 /// A strong ETag of this name: the name in quotes.

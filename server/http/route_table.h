@@ -14,6 +14,7 @@ namespace photond {
 struct Route {
   std::string method;
   std::string pattern;
+  Admission admit;  ///< may refuse, or check and complete the head, before a body is read
   Handler handler;
   std::vector<std::string> body_types;  ///< accepted Content-Types; empty: the route takes no body
   std::uint64_t max_body_bytes = 0;

@@ -1,6 +1,10 @@
 #include "server/http/routes.h"
 
+#include <algorithm>
+#include <functional>
 #include <utility>
+
+#include "server/api/check_request.h"
 
 namespace photond {
 
@@ -9,46 +13,84 @@ namespace {
 using Method = Response (Api::*)(const Request&);
 using ConstMethod = Response (Api::*)(const Request&) const;
 
-Handler bind(Api& api, Method method) {
-  return [&api, method](const Request& request) { return (api.*method)(request); };
+/// One line of the table below: what answers an operation of the contract.
+struct Line {
+  Line(std::string m, std::string p, Method h, std::uint64_t body = 0)
+      : method(std::move(m)), pattern(std::move(p)), max_body_bytes(body), call([h](Api& api, const Request& request) {
+          return (api.*h)(request);
+        }) {}
+  Line(std::string m, std::string p, ConstMethod h, bool endless = false)
+      : method(std::move(m)), pattern(std::move(p)), streams(endless), call([h](Api& api, const Request& request) {
+          return (api.*h)(request);
+        }) {}
+
+  std::string method;
+  std::string pattern;
+  std::uint64_t max_body_bytes = 0;
+  bool streams = false;  ///< answers with an endless body
+  std::function<Response(Api&, const Request&)> call;
+};
+
+/// The first pattern that matches counts.
+std::vector<Line> table(const ApiLimits& limits) {
+  constexpr bool kEndless = true;
+  return {
+      {"GET", "/healthz", &Api::health},
+      {"GET", "/readyz", &Api::ready},
+      {"GET", "/metrics", &Api::metrics},
+      {"GET", "/v1/info", &Api::info},
+      {"GET", "/v1/openapi.json", &Api::openapi},
+
+      {"POST", "/v1/scenes", &Api::post_scene, limits.max_upload_bytes},
+      {"GET", "/v1/scenes", &Api::list_scenes},
+      {"GET", "/v1/scenes/{id}.glb", &Api::get_scene_file},
+      {"GET", "/v1/scenes/{id}", &Api::get_scene},
+      {"DELETE", "/v1/scenes/{id}", &Api::delete_scene},
+
+      {"POST", "/v1/jobs", &Api::post_job, limits.max_message_bytes},
+      {"GET", "/v1/jobs", &Api::list_jobs},
+      {"GET", "/v1/jobs/{id}", &Api::get_job},
+      {"DELETE", "/v1/jobs/{id}", &Api::delete_job},
+      {"POST", "/v1/jobs/{id}/cancel", &Api::cancel_job},
+      {"GET", "/v1/jobs/{id}/series", &Api::get_series},
+      {"GET", "/v1/jobs/{id}/frames/{rev}.{format}", &Api::get_frame},
+      {"GET", "/v1/jobs/{id}/events", &Api::job_events, kEndless},
+      {"GET", "/v1/events", &Api::all_events, kEndless},
+
+      {"GET", "/v1/maps", &Api::list_maps},
+      {"DELETE", "/v1/maps/{key}", &Api::delete_map},
+  };
 }
-Handler bind(Api& api, ConstMethod method) {
-  return [&api, method](const Request& request) { return (api.*method)(request); };
+
+/// Checks by the contract first; what arrives at the method has its types.
+Route make_route(Api& api, Line line, const Operation& operation) {
+  Route route{line.method, line.pattern, {}, {}, {}, line.max_body_bytes, line.streams};
+  for (const auto& [type, schema] : operation.body) route.body_types.push_back(type);
+  route.admit = [&operation](Request& request) { return check_parameters(operation, request); };
+  route.handler = [&api, &operation, call = std::move(line.call)](Request& request) {
+    if (auto wrong = check_body(operation, request)) return std::move(*wrong);
+    return call(api, request);
+  };
+  return route;
 }
 
 }  // namespace
 
-std::vector<Route> make_routes(Api& api) {
-  const std::vector<std::string> scene_types{"model/gltf-binary", "model/gltf+json", "application/zip"};
-  const std::uint64_t upload = api.limits().max_upload_bytes;
-  const std::uint64_t message = api.limits().max_message_bytes;
-  // The first pattern that matches counts.
-  return {
-      {"GET", "/healthz", bind(api, &Api::health), {}, 0, false},
-      {"GET", "/readyz", bind(api, &Api::ready), {}, 0, false},
-      {"GET", "/metrics", bind(api, &Api::metrics), {}, 0, false},
-      {"GET", "/v1/info", bind(api, &Api::info), {}, 0, false},
-      {"GET", "/v1/openapi.json", bind(api, &Api::openapi), {}, 0, false},
-
-      {"POST", "/v1/scenes", bind(api, &Api::post_scene), scene_types, upload, false},
-      {"GET", "/v1/scenes", bind(api, &Api::list_scenes), {}, 0, false},
-      {"GET", "/v1/scenes/{id}.glb", bind(api, &Api::get_scene_file), {}, 0, false},
-      {"GET", "/v1/scenes/{id}", bind(api, &Api::get_scene), {}, 0, false},
-      {"DELETE", "/v1/scenes/{id}", bind(api, &Api::delete_scene), {}, 0, false},
-
-      {"POST", "/v1/jobs", bind(api, &Api::post_job), {"application/json"}, message, false},
-      {"GET", "/v1/jobs", bind(api, &Api::list_jobs), {}, 0, false},
-      {"GET", "/v1/jobs/{id}", bind(api, &Api::get_job), {}, 0, false},
-      {"DELETE", "/v1/jobs/{id}", bind(api, &Api::delete_job), {}, 0, false},
-      {"POST", "/v1/jobs/{id}/cancel", bind(api, &Api::cancel_job), {}, 0, false},
-      {"GET", "/v1/jobs/{id}/series", bind(api, &Api::get_series), {}, 0, false},
-      {"GET", "/v1/jobs/{id}/frames/{rev}.{format}", bind(api, &Api::get_frame), {}, 0, false},
-      {"GET", "/v1/jobs/{id}/events", bind(api, &Api::job_events), {}, 0, true},
-      {"GET", "/v1/events", bind(api, &Api::all_events), {}, 0, true},
-
-      {"GET", "/v1/maps", bind(api, &Api::list_maps), {}, 0, false},
-      {"DELETE", "/v1/maps/{key}", bind(api, &Api::delete_map), {}, 0, false},
-  };
+Result<std::vector<Route>> make_routes(Api& api) {
+  std::vector<Route> routes;
+  for (Line& line : table(api.limits())) {
+    const Operation* operation = api.contract().find(line.method, line.pattern);
+    if (operation == nullptr)
+      return Error{ErrorCode::internal, "the contract lacks " + line.method + " " + line.pattern, ""};
+    routes.push_back(make_route(api, std::move(line), *operation));
+  }
+  for (const Operation& operation : api.contract().operations()) {
+    const bool answered = std::any_of(routes.begin(), routes.end(), [&operation](const Route& route) {
+      return route.method == operation.method && route.pattern == operation.pattern;
+    });
+    if (!answered) return Error{ErrorCode::internal, "nothing answers " + operation.id + " of the contract", ""};
+  }
+  return routes;
 }
 
 }  // namespace photond

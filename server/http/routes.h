@@ -7,7 +7,7 @@
 
 namespace photond {
 
-/// All routes of the service; `api` must outlive them.
-std::vector<Route> make_routes(Api& api);
+/// All routes of the service; `api` must outlive them. Errors: internal where they are not those of the contract.
+Result<std::vector<Route>> make_routes(Api& api);
 
 }  // namespace photond

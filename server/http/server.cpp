@@ -158,8 +158,10 @@ struct HttpServer::State {
                     Slot& slot);
   Response run(const Route& route, Request request, const httplib::Request& in,
                const httplib::ContentReader* reader);
+  /// Returns why the request is refused, by `refusal` or its body.
   std::optional<Response> read_body(const Route& route, const httplib::Request& in,
-                                    const httplib::ContentReader* reader, std::vector<std::byte>& body);
+                                    const httplib::ContentReader* reader, std::optional<Response> refusal,
+                                    std::vector<std::byte>& body);
   Slot take_slot(bool waits);
   void write(const Response& from, const Slot& slot, httplib::Response& out);
 
@@ -306,7 +308,6 @@ Response HttpServer::State::dispatch(const httplib::Request& in, const httplib::
 
 Response HttpServer::State::run(const Route& route, Request request, const httplib::Request& in,
                                 const httplib::ContentReader* reader) {
-  if (auto refusal = read_body(route, in, reader, request.body)) return std::move(*refusal);
   request.method = route.method;
   request.path = in.path;
   request.query.insert(in.params.begin(), in.params.end());
@@ -314,16 +315,19 @@ Response HttpServer::State::run(const Route& route, Request request, const httpl
   for (const auto& [name, value] : in.headers) request.headers.emplace(lower(name), value);
   request.peer = in.remote_addr;
   request.stop = stopping.get_token();
+  std::optional<Response> refusal = route.admit(request);
+  if ((refusal = read_body(route, in, reader, std::move(refusal), request.body))) return std::move(*refusal);
   return route.handler(request);
 }
 
 std::optional<Response> HttpServer::State::read_body(const Route& route, const httplib::Request& in,
                                                      const httplib::ContentReader* reader,
+                                                     std::optional<Response> refusal,
                                                      std::vector<std::byte>& body) {
-  if (reader == nullptr) return std::nullopt;
+  if (reader == nullptr) return refusal;
   const Result<BodyClaim> claim = claimed_body(in);
   if (!claim) return problem(400, "invalid_request", claim.error().message);
-  auto refusal = refuse_body(in, route, *claim);
+  if (!refusal) refusal = refuse_body(in, route, *claim);
   if (!claim->present || !is_identity(in) || in.is_multipart_form_data()) return refusal;
   // A refused body is still read, up to a point: closing on unread bytes would reset the connection before the
   // client sees why.

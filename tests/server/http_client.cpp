@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "tests/server/contract_check.h"
+
 namespace photond::test {
 
 namespace {
@@ -99,7 +101,9 @@ Reply request(int port, const std::string& method, const std::string& target, co
   Connection connection(port);
   if (!connection.connected()) return {};
   connection.send(head + "\r\n" + body);
-  return parse_reply(connection.read_all());
+  Reply reply = parse_reply(connection.read_all());
+  expect_contract_kept(method, target, reply);
+  return reply;
 }
 
 Reply get(int port, const std::string& target, const Fields& fields) {

@@ -40,7 +40,7 @@ class Connection {
 
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
-/// One request on a connection of its own.
+/// One request on a connection of its own. Expects what comes back to be as the contract says.
 Reply request(int port, const std::string& method, const std::string& target, const std::string& body = {},
               const std::string& content_type = {}, const Fields& fields = {});
 Reply get(int port, const std::string& target, const Fields& fields = {});
