@@ -8,11 +8,13 @@ export const kStateNames: Record<JobState, string> = {
 
 export const kMethodNames: Record<Method, string> = {
   auto: 'auto', path: 'path tracing', photon_map: 'photon map', progressive: 'progressive photon mapping',
+  hybrid: 'paths and photons',
 };
 
 export const kMethodHints: Record<Method, string> = {
   auto: 'Chosen by what the scene needs.',
   progressive: 'Photon maps with shrinking radius: right in the end, caustics included.',
+  hybrid: 'Paths, and photons for light by way of mirrors and glass: right in the end.',
   photon_map: 'One reused map and final gather: quick and smooth, but biased.',
   path: 'Path tracing: unbiased, but slow to find caustics.',
 };

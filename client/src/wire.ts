@@ -2,7 +2,7 @@ import { count, flag, list, maybe, number, object, one_of, text, WireError, type
 
 export type JobState =
   | 'queued' | 'preparing' | 'rendering' | 'finalizing' | 'succeeded' | 'canceling' | 'canceled' | 'failed';
-export type Method = 'auto' | 'path' | 'photon_map' | 'progressive';
+export type Method = 'auto' | 'path' | 'photon_map' | 'progressive' | 'hybrid';
 
 export interface Info {
   version: string;
@@ -129,7 +129,7 @@ export function is_terminal(state: JobState): boolean {
 }
 
 const state = one_of('queued', 'preparing', 'rendering', 'finalizing', 'succeeded', 'canceling', 'canceled', 'failed');
-const method = one_of('auto', 'path', 'photon_map', 'progressive');
+const method = one_of('auto', 'path', 'photon_map', 'progressive', 'hybrid');
 
 const plan = object<Plan>({
   method,

@@ -39,7 +39,8 @@ std::vector<std::span<const Photon>> pieces(std::span<const Photon> photons) {
 
 }  // namespace
 
-PhotonMap::PhotonMap(PhotonSpans blocks, const Execution& execution) {
+PhotonMap::PhotonMap(PhotonSpans blocks, std::span<const std::span<const float>> etendues,
+                     const Execution& execution) {
   std::vector<std::uint64_t> first;                // index of each block's first photon
   std::uint64_t n = 0;
   for (const auto& block : blocks) {
@@ -50,6 +51,7 @@ PhotonMap::PhotonMap(PhotonSpans blocks, const Execution& execution) {
   grid_ = MortonGrid(bounds_of(blocks, execution));
   const auto order = morton_order(blocks, grid_, execution);
   leaves_ = make_large_array<PhotonLeaf>(leaf_count());
+  if (!etendues.empty()) etendues_ = make_large_array<PhotonLeaf::Lanes<float>>(leaf_count());
   const auto used = [&](std::uint32_t leaf) {
     return std::min(PhotonLeaf::kSize, size_ - leaf * PhotonLeaf::kSize);
   };
@@ -65,9 +67,11 @@ PhotonMap::PhotonMap(PhotonSpans blocks, const Execution& execution) {
     for (std::uint32_t lane = 0; lane < count; ++lane) {
       const PhotonPlace& place = order[i * PhotonLeaf::kSize + lane];
       set(leaf, lane, blocks[place.block][place.offset], first[place.block] + place.offset);
+      if (!etendues.empty()) etendues_[i][lane] = etendues[place.block][place.offset];
     }
     const Photon nowhere{.position = Vec3(kInfinity)};
     for (std::uint32_t lane = count; lane < PhotonLeaf::kSize; ++lane) set(leaf, lane, nowhere, 0);
+    if (!etendues.empty()) std::fill(etendues_[i].begin() + count, etendues_[i].end(), 0.0f);
   });
   tree_ = BoxTree(leaf_count(), [&](std::uint32_t i) { return bounds_of(leaves_[i], used(i)); }, execution);
 }

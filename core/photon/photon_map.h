@@ -30,13 +30,15 @@ struct PhotonLeaf {
   }
 };
 
-/// Photons with a spatial index: 29.5 bytes a photon. Immutable.
+/// Photons with a spatial index: 29.5 bytes a photon, 33.5 with étendues. Immutable.
 class PhotonMap {
  public:
   PhotonMap() = default;
   /// Indexes the photons of all blocks. The bits depend neither on the execution nor on where one block ends and the
   /// next begins. Undefined once `execution` is cancelled.
-  PhotonMap(PhotonSpans blocks, const Execution& execution);
+  PhotonMap(PhotonSpans blocks, const Execution& execution) : PhotonMap(blocks, {}, execution) {}
+  /// With the étendue of each photon's path in m²·sr, in blocks as the photons are; none where `etendues` is empty.
+  PhotonMap(PhotonSpans blocks, std::span<const std::span<const float>> etendues, const Execution& execution);
   PhotonMap(std::span<const Photon> photons, const Execution& execution);
 
   std::uint32_t size() const { return size_; }
@@ -45,6 +47,10 @@ class PhotonMap {
     return static_cast<std::uint32_t>((std::uint64_t{size_} + PhotonLeaf::kSize - 1) / PhotonLeaf::kSize);
   }
   const PhotonLeaf& leaf(std::uint32_t i) const { return leaves_[i]; }
+
+  /// Of the photons of leaf i; only where has_etendues().
+  const PhotonLeaf::Lanes<float>& etendues(std::uint32_t i) const { return etendues_[i]; }
+  bool has_etendues() const { return etendues_ != nullptr; }
 
   /// The leaf that holds the place of `p` along the Morton curve. There must be photons.
   std::uint32_t near_leaf(const Vec3& p) const;
@@ -58,15 +64,20 @@ class PhotonMap {
     const auto channel = [&](int c) { return decode_flux(of(i).flux[c][lane(i)]); };
     return {channel(0), channel(1), channel(2)};
   }
-  std::uint64_t memory_bytes() const { return tree_.memory_bytes() + leaf_count() * sizeof(PhotonLeaf); }
+  std::uint64_t memory_bytes() const { return tree_.memory_bytes() + leaf_count() * leaf_bytes(); }
 
  private:
   const PhotonLeaf& of(std::uint32_t i) const { return leaves_[i / PhotonLeaf::kSize]; }
   static std::uint32_t lane(std::uint32_t i) { return i % PhotonLeaf::kSize; }
 
+  std::size_t leaf_bytes() const {
+    return sizeof(PhotonLeaf) + (has_etendues() ? sizeof(PhotonLeaf::Lanes<float>) : 0);
+  }
+
   std::uint32_t size_ = 0;
   MortonGrid grid_;
   LargeArray<PhotonLeaf> leaves_;
+  LargeArray<PhotonLeaf::Lanes<float>> etendues_;
   BoxTree tree_;
 };
 

@@ -23,11 +23,11 @@ void scale(EnergyLedger& ledger, double factor) {
   }
 }
 
-PhotonMap index(const std::vector<PhotonBlock>& blocks, std::vector<Photon> PhotonBlock::*part,
-                const Execution& execution) {
-  std::vector<std::span<const Photon>> photons;
-  for (const PhotonBlock& block : blocks) photons.emplace_back(block.*part);
-  return PhotonMap(photons, execution);
+template <class T>
+std::vector<std::span<const T>> parts(const std::vector<PhotonBlock>& blocks, std::vector<T> PhotonBlock::*part) {
+  std::vector<std::span<const T>> spans;
+  for (const PhotonBlock& block : blocks) spans.emplace_back(block.*part);
+  return spans;
 }
 
 }  // namespace
@@ -48,8 +48,10 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
     maps->rays += block.rays;
   }
   scale(maps->ledger, 1 / static_cast<double>(paths));
-  maps->global = index(blocks, &PhotonBlock::global, execution);
-  maps->caustic = index(blocks, &PhotonBlock::caustic, execution);
+  maps->global = PhotonMap(parts(blocks, &PhotonBlock::global), execution);
+  std::vector<std::span<const float>> etendues;
+  if (scene.lights.extended()) etendues = parts(blocks, &PhotonBlock::caustic_etendue);
+  maps->caustic = PhotonMap(parts(blocks, &PhotonBlock::caustic), etendues, execution);
   if (execution.cancelled()) return cancelled();
   maps->memory_bytes = maps->global.memory_bytes() + maps->caustic.memory_bytes();
   return std::shared_ptr<const PhotonMaps>(std::move(maps));

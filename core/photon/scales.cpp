@@ -145,6 +145,17 @@ std::array<Lanes<float>, 3> fluxes(const PhotonLeaf& leaf) {
   return flux;
 }
 
+// The fluxes times the photons' shares 1/(1 + ρ), where ρ is `per_etendue` times the étendue.
+std::array<Lanes<float>, 3> shares(const PhotonMap& map, std::uint32_t leaf, float per_etendue) {
+  std::array<Lanes<float>, 3> flux = fluxes(map.leaf(leaf));
+  const Lanes<float>& etendues = map.etendues(leaf);
+  for (std::uint32_t i = 0; i < kLeaf; ++i) {
+    const float share = 1 / (1 + per_etendue * etendues[i]);
+    for (int c = 0; c < 3; ++c) flux[c][i] *= share;
+  }
+  return flux;
+}
+
 // Sums value(leaf, t) over the leaves where any photon counts.
 template <class Value>
 Sums sum_leaves(const PhotonMap& map, const Kernels& kernels, const Value& value) {
@@ -155,7 +166,7 @@ Sums sum_leaves(const PhotonMap& map, const Kernels& kernels, const Value& value
       const PhotonLeaf& leaf = map.leaf(i);
       const Lanes<float> t = kernels.relative_distances_sq(leaf);
       const float nearest = smallest(t);
-      if (nearest < 1) batch.add(kernels, t, nearest, value(leaf, t));
+      if (nearest < 1) batch.add(kernels, t, nearest, value(i, t));
     }
     sums.add(batch);
   });
@@ -165,15 +176,20 @@ Sums sum_leaves(const PhotonMap& map, const Kernels& kernels, const Value& value
 }  // namespace
 
 void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask,
-                     const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum) {
+                     const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum, const Merge& merge) {
   const Kernels kernels(surface, reach, radius_sq);
+  const bool shared = merge.per_etendue > 0 && map.has_etendues();
   if (bsdf.lobes() == kDiffuseLobe && !surface.smooth) {
     // A bare Lambert base is the same for all directions: it waits until the end.
-    sum_leaves(map, kernels, [](const PhotonLeaf& leaf, const Lanes<float>&) { return fluxes(leaf); })
-        .add_to(sum, scale * bsdf.eval(surface.ns, mask, Transport::radiance));
+    const float per_etendue = merge.per_etendue * kInvPi;   // its density is the cosine over π
+    const auto arriving = [&](std::uint32_t leaf, const Lanes<float>&) {
+      return shared ? shares(map, leaf, per_etendue) : fluxes(map.leaf(leaf));
+    };
+    sum_leaves(map, kernels, arriving).add_to(sum, scale * bsdf.eval(surface.ns, mask, Transport::radiance));
     return;
   }
-  const auto reflected = [&](const PhotonLeaf& leaf, const Lanes<float>& t) {
+  const auto reflected = [&](std::uint32_t leaf_index, const Lanes<float>& t) {
+    const PhotonLeaf& leaf = map.leaf(leaf_index);
     std::array<Lanes<float>, 3> value{};
     for (std::uint32_t i = 0; i < kLeaf; ++i) {
       if (!(t[i] < 1)) continue;
@@ -182,7 +198,8 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
       const Rgb f = bsdf.eval(wi, mask, Transport::radiance);
       // Flux arrives per area of the true surface, the BSDF expects it per area of the shaded one [Veach 1997, §5.3].
       const float cosines = std::abs(glm::dot(wi, surface.ns)) / glm::dot(wi, surface.ng);
-      const float factor = surface.smooth ? std::min(cosines, kMaxNormalFactor) : 1;
+      float factor = surface.smooth ? std::min(cosines, kMaxNormalFactor) : 1;
+      if (shared) factor /= 1 + merge.ratio(surface, bsdf, mask, wi, map.etendues(leaf_index)[i]);
       for (int c = 0; c < 3; ++c) value[c][i] = factor * f[c] * decode_flux(leaf.flux[c][i]);
     }
     return value;

@@ -37,6 +37,7 @@ struct Walk {
   Ray ray;
   Rgb flux{0};
   float power = 0;               // mean of flux
+  float etendue = 0;             // EmissionSample::etendue as it is where the path is now
   std::uint32_t depth = 0;
   std::uint32_t map = 0;         // where it is stored: kGlobal, or kCaustic after only specular bounces
   Medium medium;
@@ -65,7 +66,8 @@ class Shooter {
         key_(key.settings.seed, RngPurpose::photon, key.pass),
         next_(first),
         last_(last),
-        far_(scene.triangle_count > kCachedTriangles) {
+        far_(scene.triangle_count > kCachedTriangles),
+        extended_(scene.lights.extended()) {
     block_.global.reserve(2 * (last - first));
   }
 
@@ -100,13 +102,17 @@ class Shooter {
     }
     for (const std::uint32_t i : starting) {
       Walk& walk = walks_[i];
-      walk.flux = scene_.lights.begin_emission(scene_.scene, light[i], walk.rng, lanes.size, emissions_);
+      const EmittedFlux emitted =
+          scene_.lights.begin_emission(scene_.scene, light[i], walk.rng, lanes.size, emissions_);
+      walk.flux = emitted.flux;
+      walk.etendue = emitted.etendue;
       const bool in_lanes = !is_black(walk.flux);
       lanes.add(i, in_lanes);
       if (!in_lanes) {
         const EmissionSample emission = scene_.lights.sample_emission(scene_.scene, light[i], walk.rng);
         walk.ray = emission.ray;
         walk.flux = emission.flux;
+        walk.etendue = emission.etendue;
       }
     }
     emissions_.emit(lanes.size);
@@ -238,6 +244,7 @@ class Shooter {
     }
     if ((sample->lobe & gathered) != 0) walk.map = kGlobal;
     walk.medium.cross(surface, *sample);
+    if (sample->transmitted) walk.etendue /= compression(*surface.material, surface.front);
     walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);
     walk.ray.direction = sample->wi;
     carry(walk, next * (1 / survival));
@@ -265,6 +272,7 @@ class Shooter {
     photon.direction = from;
     photon.normal = normal;
     photon.flux = walk.flux;
+    stored_etendue_[walk.map][count] = walk.etendue;
     count += wanted;
   }
 
@@ -274,6 +282,10 @@ class Shooter {
     const Photon* caustic = stored_[kCaustic].data();
     block_.global.insert(block_.global.end(), global, global + stored_count_[kGlobal]);
     block_.caustic.insert(block_.caustic.end(), caustic, caustic + stored_count_[kCaustic]);
+    const float* etendue = stored_etendue_[kCaustic].data();
+    if (extended_) {
+      block_.caustic_etendue.insert(block_.caustic_etendue.end(), etendue, etendue + stored_count_[kCaustic]);
+    }
     stored_count_ = {};
   }
 
@@ -282,6 +294,7 @@ class Shooter {
   std::uint64_t next_;           // the next path to emit
   std::uint64_t last_;
   bool far_;
+  bool extended_;                // étendues are kept
   PhotonBlock block_;
   Subset live_;
   std::array<Walk, kBatch> walks_;
@@ -290,6 +303,7 @@ class Shooter {
   PlainBounces bounces_{};
   SurfaceLanes surfaces_{};
   std::array<std::array<Photon, kBatch + 1>, 2> stored_;  // one more: an unwanted photon is written, too
+  std::array<std::array<float, kBatch + 1>, 2> stored_etendue_;
   std::array<std::uint32_t, 2> stored_count_{};
 };
 

@@ -23,6 +23,7 @@ inline LobeMask gathered_lobes(const Bsdf& bsdf) {
 struct PhotonBlock {
   std::vector<Photon> global;
   std::vector<Photon> caustic;
+  std::vector<float> caustic_etendue;  ///< of each caustic photon; empty where no light has any
   EnergyLedger ledger;          ///< not yet divided by the number of emitted paths
   std::uint64_t rays = 0;
 };

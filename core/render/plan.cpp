@@ -82,6 +82,13 @@ PlanItem choose_method(const Features& features, Method& method) {
   return {"method", true, "progressive: " + features.caster + ", and photons find the light behind it"};
 }
 
+PlanItem shares_item(bool caustics, bool extended) {
+  return {"mis_merge", caustics && extended,
+          !caustics  ? "there are no caustics to share"
+          : extended ? "photons and paths share caustics by how likely either is to find them"
+                     : "lights are points: only photons find their caustics"};
+}
+
 }  // namespace
 
 Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& settings, const Execution& execution) {
@@ -91,13 +98,15 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
   plan.method = settings.method;
   plan.items.push_back(choose_method(features, plan.method));
   plan.biased = plan.method == Method::photon_map;
-  plan.uses_maps = plan.method != Method::path;
+  plan.uses_maps = plan.method == Method::photon_map || plan.method == Method::progressive ||
+                   (plan.method == Method::hybrid && !features.caster.empty() && features.receivers);
 
   const bool caustics = plan.uses_maps && !features.caster.empty();
   plan.items.push_back({"caustic_map", caustics,
                         features.caster.empty() ? "no material bundles light"
                         : plan.uses_maps        ? features.caster
                                                 : "the method stores no photons"});
+  if (plan.method == Method::hybrid) plan.items.push_back(shares_item(caustics, scene.lights.extended()));
   plan.items.push_back({"volume_absorption", features.absorption,
                         features.absorption ? "a transmitting volume has an attenuation colour"
                                             : "no volume absorbs light"});

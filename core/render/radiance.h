@@ -12,6 +12,7 @@ namespace photond {
 /// How indirect light is found at the lobes where photons can be gathered.
 enum class Technique : std::uint8_t {
   trace,          ///< all lobes are followed: a path tracer
+  merge,          ///< the same, with caustics shared with photons wherever photons can be gathered
   density,        ///< photon density estimates at several radii that do not depend on the photons
   nearest,        ///< photon density estimate from the k nearest
   final_gather,   ///< caustics by `nearest`, the rest by rays whose ends are estimated by `nearest`
@@ -21,10 +22,10 @@ enum class Technique : std::uint8_t {
 struct RadianceSettings {
   Technique technique = Technique::trace;
   const PhotonMaps* maps = nullptr;      ///< null for Technique::trace
-  const GatherGuide* guide = nullptr;    ///< cuts kernels at edges; density: chooses radii; null: neither
-  float radius_sq = 0;                   ///< density: widest, 0 for the guide's; nearest, final_gather: largest
-  float shrink = 1;                      ///< density: factor of the guide's radius², falling with the passes
-  float pixel_width = 0;                 ///< density: a pixel's footprint in metres is pixel_width
+  const GatherGuide* guide = nullptr;    ///< cuts kernels at edges; density, merge: chooses radii; null: neither
+  float radius_sq = 0;                   ///< density, merge: widest, 0 for the guide's; nearest, final_gather: largest
+  float shrink = 1;                      ///< density, merge: factor of the guide's radius², falling with the passes
+  float pixel_width = 0;                 ///< density, merge: a pixel's footprint in metres is pixel_width
   float pixel_spread = 0;                ///<   + pixel_spread · the path's length
   std::uint32_t nearest = 64;            ///< k
   std::uint32_t max_depth = 65'536;      ///< bounces of a path
@@ -33,12 +34,12 @@ struct RadianceSettings {
 /// An estimate of radiance in W·m⁻²·sr⁻¹.
 struct RadianceSample {
   Rgb radiance{0};   ///< with the widest radius where photons take part
-  Bands bands;       ///< density: what the narrower radii add to `radiance`
+  Bands bands;       ///< density, merge: what the narrower radii add to `radiance`
   bool truncated = false;   ///< the path was cut after max_depth bounces: the light of longer ones is missing
 };
 
 /// The radiance arriving along −ray.direction at ray.origin. Unbiased for Technique::trace; otherwise with the bias
-/// of the density estimate, which vanishes with the radius (density).
+/// of the density estimate, which vanishes with the radius (density, merge).
 RadianceSample estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, const Ray& ray,
                                  CameraSampler& sampler);
 

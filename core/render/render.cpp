@@ -31,13 +31,14 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
   settings.guide = task.guide.get();
   settings.nearest = task.settings.gather_photons;
   settings.max_depth = task.settings.max_depth;
-  if (task.plan.method == Method::progressive) {
-    settings.technique = Technique::density;
+  if (!task.plan.uses_maps) return settings;
+  if (task.plan.method != Method::photon_map) {
+    settings.technique = task.plan.method == Method::hybrid ? Technique::merge : Technique::density;
     settings.shrink = static_cast<float>(radius_sq_factor(pass));
     settings.radius_sq = task.settings.radius * task.settings.radius * settings.shrink;
     (task.camera.orthographic ? settings.pixel_width : settings.pixel_spread) =
         pixel_spread(task.camera, task.settings.height);
-  } else if (task.plan.method == Method::photon_map) {
+  } else {
     settings.technique = Technique::final_gather;
     // The k-nearest search ends somewhere even where hardly a photon falls.
     const float reach = task.settings.radius > 0 ? task.settings.radius : 0.1f * task.scene->bounds.radius();
@@ -63,7 +64,7 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
     auto guide = make_gather_guide(*task.scene, photons, execution);
     if (!guide) return guide.error();
     task.guide = std::move(guide).value();
-    if (task.plan.method == Method::progressive) {
+    if (task.plan.method != Method::photon_map) {
       task.plan.radius = settings.radius;
       task.plan.items.push_back(radius_item(settings));
     }
@@ -86,7 +87,7 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
   const int height = task.settings.height;
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
   PassImage image{.radiance = Image(width, height)};
-  if (settings.technique == Technique::density) image.bands.resize(image.radiance.pixels.size());
+  if (settings.technique == Technique::density || settings.technique == Technique::merge) image.bands.resize(image.radiance.pixels.size());
   std::atomic<std::uint64_t> truncated{0};
   parallel_for(execution, image.radiance.pixels.size(), 256, [&](std::size_t i) {
     CameraSampler sampler(task.settings.seed, pass, i);

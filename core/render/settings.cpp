@@ -48,12 +48,15 @@ const char* method_name(Method method) {
       return "photon_map";
     case Method::progressive:
       return "progressive";
+    case Method::hybrid:
+      return "hybrid";
   }
   return "";
 }
 
 std::optional<Method> method_from_name(const char* name) {
-  for (const Method method : {Method::automatic, Method::path, Method::photon_map, Method::progressive}) {
+  for (const Method method : {Method::automatic, Method::path, Method::photon_map, Method::progressive,
+                              Method::hybrid}) {
     if (std::string_view(name) == method_name(method)) return method;
   }
   return std::nullopt;

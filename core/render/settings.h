@@ -13,7 +13,8 @@ enum class Method : std::uint8_t {
   automatic,    ///< chosen by make_plan
   path,         ///< path tracing with next-event estimation and MIS: unbiased
   photon_map,   ///< two passes: direct by shadow rays, caustics from the map, indirect by final gather: biased
-  progressive,  ///< independent passes with shrinking radius: consistent
+  progressive,  ///< independent passes with shrinking radius, all indirect light by photons: consistent
+  hybrid,       ///< paths, and photons for light that comes by way of mirrors and glass: consistent
 };
 
 /// Exactly what changes a picture but no photon map (the camera is passed beside it).
@@ -37,7 +38,7 @@ struct StopRule {
 /// Errors name the field as a JSON pointer of the job message: `/photons_per_pass`, `/film/width`, `/radius`.
 Status check_settings(const PhotonSettings& photons, const RenderSettings& render, const StopRule& stop);
 
-const char* method_name(Method method);      ///< "auto", "path", "photon_map", "progressive"
+const char* method_name(Method method);      ///< "auto", "path", "photon_map", "progressive", "hybrid"
 std::optional<Method> method_from_name(const char* name);
 
 }  // namespace photond

@@ -134,6 +134,14 @@ float Bsdf::selection(LobeMask lobe, LobeMask mask) const {
   return sum > 0 ? select_[lobe_index(lobe)] / sum : 0;
 }
 
+float Bsdf::share(LobeMask mask) const {
+  float share = 0;
+  for (const LobeMask l : {kDiffuseLobe, kReflectionLobe, kGlassLobe}) {
+    if ((mask & lobes_ & l) != 0) share += selection(l, lobes_);
+  }
+  return share;
+}
+
 // Reflected directions must be above both horizons, transmitted ones below both.
 bool Bsdf::same_side(const Vec3& wi_local, const Vec3& wi) const { return wi_local.z * glm::dot(wi, ng_) > 0; }
 

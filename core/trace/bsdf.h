@@ -51,6 +51,9 @@ class Bsdf {
   /// Probability with which `sample` reflects, rather than refracts, where all there is is smooth glass; 0 elsewhere.
   float smooth_glass_reflectance() const;
 
+  /// Probability with which `sample` chooses, of all lobes, one of `mask`.
+  float share(LobeMask mask) const;
+
   /// f(wo, wi) in sr⁻¹ of the non-delta lobes in `mask`, without the cosine.
   Rgb eval(const Vec3& wi, LobeMask mask, Transport transport) const;
   /// Density per solid angle with which `sample` finds `wi` through the non-delta lobes in `mask`.

@@ -106,7 +106,7 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
   powers_ = {};
   for (std::size_t i = 0; i < emitters_.size(); ++i) {
     const float sides = scene.materials[emitters_[i].material].double_sided ? 2 : 1;
-    emitters_[i].flux = sides * kPi * emitters_[i].area / choice_.pdf(i);
+    emitters_[i].etendue = sides * kPi * emitters_[i].area / choice_.pdf(i);
   }
 }
 
@@ -181,6 +181,7 @@ DirectSample Lights::sample_triangle(const Scene& scene, std::uint32_t light, co
   if (cos_l == 0) return {};
   sample.pdf_w = choice_.pdf(light) * distance_sq / (cos_l * area);
   sample.radiance = emitted_radiance(scene, s) / sample.pdf_w;
+  sample.etendue = emitters_[light].etendue;
   sample.target = spawn_point(s.position, s.ng, s.extent, -sample.wi);
   return sample;
 }
@@ -193,15 +194,16 @@ EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, Rn
     s.front = rng.next() < 0.5f;
     if (!s.front) s.ng = -s.ng;
   }
-  return {spawn_ray(s, Frame(s.ng).to_world(local)), emitted_radiance(scene, s) * emitters_[light].flux};
+  return {spawn_ray(s, Frame(s.ng).to_world(local)), emitted_radiance(scene, s) * emitters_[light].etendue,
+          emitters_[light].etendue};
 }
 
-Rgb Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k,
-                           EmissionLanes& lanes) const {
-  if (light >= emitters_.size()) return Rgb(0);
+EmittedFlux Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k,
+                                   EmissionLanes& lanes) const {
+  if (light >= emitters_.size()) return {};
   const EmitterTriangle& emitter = emitters_[light];
   const Material& material = scene.materials[emitter.material];
-  if (material.emission_texture.used()) return Rgb(0);
+  if (material.emission_texture.used()) return {};
   lanes.origin.set(k, emitter.origin);
   lanes.ab.set(k, emitter.ab);
   lanes.ac.set(k, emitter.ac);
@@ -209,7 +211,7 @@ Rgb Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, st
   const float side = material.double_sided && rng.next() >= 0.5f ? -1.0f : 1.0f;
   lanes.normal.set(k, side * emitter.normal);
   lanes.extent[k] = emitter.extent;
-  return material.emission * emitter.flux;
+  return {material.emission * emitter.etendue, emitter.etendue};
 }
 
 void EmissionLanes::emit(std::uint32_t count) {
@@ -232,6 +234,7 @@ DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const 
   DirectSample sample;
   sample.wi = square_to_sphere(Vec2(u));
   sample.pdf_w = choice * kSpherePdf;
+  sample.etendue = environment_etendue();
   sample.radiance = scene.environment.radiance / sample.pdf_w;
   sample.infinite = true;
   return sample;
@@ -251,6 +254,17 @@ float Lights::pdf_environment() const {
   return environment_ < 0 ? 0 : choice_.pdf(static_cast<std::size_t>(environment_)) * kSpherePdf;
 }
 
+float Lights::etendue(const SurfacePoint& s) const {
+  const std::uint32_t first = first_of_instance_[s.instance];
+  return first == kNoLight ? kInfinity : emitters_[first + s.triangle].etendue;
+}
+
+float Lights::environment_etendue() const {
+  // Any direction, through a disc as large as the scene.
+  return environment_ < 0 ? kInfinity
+                          : 4 * kPi * kPi * radius_ * radius_ / choice_.pdf(static_cast<std::size_t>(environment_));
+}
+
 EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, Rng& rng) const {
   if (index < emitters_.size()) return emit_triangle(scene, index, rng);
   const Light& light = lights_[index];
@@ -258,7 +272,7 @@ EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, 
   if (light.kind == Light::Kind::environment) {
     const Vec3 direction = square_to_sphere(rng.next2());
     const Ray ray = ray_from_infinity(center_, radius_, direction, rng.next2());
-    return {ray, scene.environment.radiance * (4 * kPi * kPi * radius_ * radius_ / choice)};
+    return {ray, scene.environment.radiance * environment_etendue(), environment_etendue()};
   }
   const PunctualLight& source = scene.lights[light.index];
   if (source.type == LightType::directional) {

@@ -27,7 +27,7 @@ struct alignas(64) EmitterTriangle {
   Vec3 normal;                   ///< unit, front
   float area;
   float extent;                  ///< largest |coordinate|, as SurfacePoint::extent
-  float flux;                    ///< of a path that leaves here, for an emission of 1
+  float etendue;                 ///< of a path that leaves here: its flux for an emission of 1
   std::uint32_t material;
 };
 
@@ -51,6 +51,7 @@ struct DirectSample {
   Vec3 wi{0};             ///< unit, from the point to the light
   Rgb radiance{0};        ///< divided by the density: L/pdf_w (area, environment) or I/(d² P) (punctual)
   float pdf_w = 0;        ///< per solid angle, light choice included; 0 for punctual lights
+  float etendue = 0;      ///< as EmissionSample's of a path from there
   Vec3 target{0};         ///< where the shadow ray ends, safely off the light's surface
   bool infinite = false;  ///< the shadow ray has no end; `target` is unused
 };
@@ -59,6 +60,13 @@ struct DirectSample {
 struct EmissionSample {
   Ray ray;
   Rgb flux{0};            ///< Le·cos/(P·pdf_a·pdf_w): what one path of one carries, in W
+  float etendue = 0;      ///< flux/Le in m²·sr: the phase space that the path stands for; 0 of punctual lights
+};
+
+/// What a path carries as it leaves a light, as in EmissionSample.
+struct EmittedFlux {
+  Rgb flux{0};
+  float etendue = 0;
 };
 
 /// The emitters of a scene: chosen in proportion to power, with a floor that keeps dim lights alive.
@@ -81,6 +89,14 @@ class Lights {
   /// The same for the environment.
   float pdf_environment() const;
 
+  /// EmissionSample::etendue of a path that leaves the emitter surface `s`: the inverse of the density with which
+  /// `sample_emission` finds it, per area and projected solid angle. Infinite where `s` is not a light.
+  float etendue(const SurfacePoint& s) const;
+  /// The same for a path from the environment.
+  float environment_etendue() const;
+  /// Whether any light has an étendue: whether paths that are traced from the eye can meet light at all.
+  bool extended() const { return !emitters_.empty() || environment_ >= 0; }
+
   /// Starts a path. Black flux where the sampled point emits nothing.
   EmissionSample sample_emission(const Scene& scene, Rng& rng) const {
     return sample_emission(scene, choose(rng.next()), rng);
@@ -94,9 +110,9 @@ class Lights {
   void prefetch(std::uint32_t light) const {
     if (light < emitters_.size()) __builtin_prefetch(&emitters_[light]);
   }
-  /// Fills lane k of what comes into `lanes` with a path from the light and returns its flux; nothing happens, and
-  /// the flux is black, unless the light is a triangle of one colour.
-  Rgb begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k, EmissionLanes& lanes) const;
+  /// Fills lane k of what comes into `lanes` with a path from the light and returns what it carries; nothing happens,
+  /// and the flux is black, unless the light is a triangle of one colour.
+  EmittedFlux begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k, EmissionLanes& lanes) const;
 
  private:
   void add(const Light& light, double power);

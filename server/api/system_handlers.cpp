@@ -127,7 +127,7 @@ Response Api::info(const Request&) const {
   return json_response({{"name", "photond"},
                         {"version", PHOTOND_VERSION},
                         {"threads", jobs_.threads()},
-                        {"methods", {"auto", "path", "photon_map", "progressive"}},
+                        {"methods", {"auto", "path", "photon_map", "progressive", "hybrid"}},
                         {"frame_formats", {"png", "jpg", "exr"}},
                         {"scene_types", {"model/gltf-binary", "model/gltf+json", "application/zip"}},
                         {"limits",

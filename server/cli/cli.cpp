@@ -44,10 +44,10 @@ void add_task_options(CLI::App& app, TaskOptions& command) {
          "--method",
          [&command](const std::string& text) {
            const auto method = method_from_name(text.c_str());
-           if (!method) throw CLI::ValidationError("--method", "expects auto, path, photon_map or progressive");
+           if (!method) throw CLI::ValidationError("--method", "expects auto, path, photon_map, progressive or hybrid");
            command.settings.method = *method;
          },
-         "auto, path, photon_map or progressive (default: auto)")
+         "auto, path, photon_map, progressive or hybrid (default: auto)")
       ->type_name("NAME");
   app.add_option("--photons", command.photons.photons_per_pass, "Photon paths emitted per pass")
       ->capture_default_str();

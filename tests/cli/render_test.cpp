@@ -68,7 +68,7 @@ TEST_F(RenderCommandTest, WritesEveryFormatAndTheReport) {
 
 TEST_F(RenderCommandTest, TheThreadCountDoesNotChangeABit) {
   const std::string other = folder_.file("other.exr");
-  for (const char* method : {"path", "photon_map", "progressive"}) {
+  for (const char* method : {"path", "photon_map", "progressive", "hybrid"}) {
     const auto render = [&](const std::string& output, const std::string& threads) {
       return run_photond({"render", scene_, "-o", output, "--size", "40x40", "--passes", "2", "--method",
                           method, "--photons", "3000", "--threads", threads})

@@ -10,7 +10,7 @@
 namespace photond::test {
 
 /// The methods that every case is measured with where it makes sense. A new method is entered here.
-inline const std::vector<Method> kMethods = {Method::path, Method::progressive, Method::photon_map};
+inline const std::vector<Method> kMethods = {Method::path, Method::progressive, Method::photon_map, Method::hybrid};
 /// Those that find light of a point through mirrors and glass: all but the path tracer.
 std::vector<Method> photon_methods();
 inline constexpr std::array<std::uint64_t, 2> kSeeds = {1, 2};

@@ -17,7 +17,7 @@ TEST(RenderPass, BitsDoNotDependOnTheThreads) {
   const auto prepared = test::prepared(std::move(scene));
   PhotonSettings photons;
   photons.photons_per_pass = 30'000;
-  for (const Method method : {Method::path, Method::photon_map, Method::progressive}) {
+  for (const Method method : {Method::path, Method::photon_map, Method::progressive, Method::hybrid}) {
     RenderSettings settings;
     settings.method = method;
     settings.width = 40;

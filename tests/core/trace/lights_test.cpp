@@ -89,7 +89,7 @@ TEST(Lights, LanesEmitWhatSingleSamplesDo) {
       const std::uint32_t light = lights.choose(rng.next());
       Rng same = rng;
       single[k] = lights.sample_emission(prepared->scene, light, same);
-      EXPECT_EQ(lights.begin_emission(prepared->scene, light, rng, k, *lanes), single[k].flux);
+      EXPECT_EQ(lights.begin_emission(prepared->scene, light, rng, k, *lanes).flux, single[k].flux);
     }
     lanes->emit(kLanes);
     for (std::uint32_t k = 0; k < kLanes; ++k) {

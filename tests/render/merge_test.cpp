@@ -1,0 +1,106 @@
+// Caustics that photons and paths share: whatever the shares, they sum to the light.
+#include <gtest/gtest.h>
+
+#include "tests/render/look.h"
+#include "tests/support/scenes.h"
+
+namespace photond {
+namespace {
+
+using namespace test;
+
+// So dark that what the receiver sends back is below a thousandth.
+constexpr float kDark = 1e-3f;
+
+// A shared caustic with N photons and the radius r has ρ = G/(π² r_m² N), r_m = r/4 and G = π·side² on a Lambert
+// surface: what the sizes below are chosen by.
+Look look(std::uint32_t photons, int passes) {
+  return {.from = {1, 0.5f, 1}, .at = {1.2f, 0, 0}, .radius = 0.02f, .photons = photons, .passes = passes, .side = 8};
+}
+
+// Both within the noise of each other, and that below 2.5 %: a share forgotten or counted twice is more.
+void expect_equal(const Sample& seen, const Sample& expected, const std::string& what, double slack = 0) {
+  const double error = std::hypot(seen.standard_error(), expected.standard_error());
+  EXPECT_LT(error, 0.025 * expected.mean) << what;
+  EXPECT_NEAR(seen.mean, expected.mean, kSigmas * error + slack * expected.mean) << what;
+}
+
+Sample seen_by(Method method, const std::shared_ptr<const PreparedScene>& scene, const Look& look) {
+  return see(scene, method, 1, look)[0];
+}
+
+Mesh square(float x, const Vec3& towards, float side) {
+  const Vec3 corner(x, -side / 2, 0.75f - side / 2);
+  return towards.x > 0 ? parallelogram(corner, {0, side, 0}, {0, 0, side}) : parallelogram(corner, {0, 0, side}, {0, side, 0});
+}
+
+// A floor that a square of one watt and this side lights by way of the mirror x = 2; or the same, unfolded.
+std::shared_ptr<const PreparedScene> floor_before_a_mirror(float side, bool unfolded, float roughness = 0) {
+  Scene scene = empty_scene();
+  add_mesh(scene, parallelogram({-3, -3, 0}, {5, 0, 0}, {0, 6, 0}), add_material(scene, lambert(Rgb(kDark))));
+  const float radiance = 1 / (kPi * side * side);
+  if (unfolded) {
+    add_mesh(scene, square(2.5f, {-1, 0, 0}, side), add_material(scene, emitter(Rgb(0.9f * radiance))));
+  } else {
+    Material metal = mirror(Rgb(0.9f));
+    metal.roughness = roughness;
+    add_mesh(scene, parallelogram({2, -3, 0}, {0, 0, 3}, {0, 6, 0}), add_material(scene, metal));
+    add_mesh(scene, square(1.5f, {1, 0, 0}, side), add_material(scene, emitter(Rgb(radiance))));
+  }
+  return prepared(std::move(scene));
+}
+
+// ρ from 3·10⁻⁹ to 6.
+TEST(MergeStatistical, SharesSumToTheLightOfAnySize) {
+  struct Size {
+    float side;
+    std::uint32_t photons;
+    int passes;
+  };
+  for (const Size& size : {Size{1e-4f, 60'000, 80}, Size{0.3f, 60'000, 80}, Size{1.4f, 20'000, 100}, Size{1.4f, 4000, 400}}) {
+    const Look at = look(size.photons, size.passes);
+    const Sample expected = seen_by(Method::path, floor_before_a_mirror(size.side, true), at);
+    const Sample seen = seen_by(Method::hybrid, floor_before_a_mirror(size.side, false), at);
+    // The kernel's bias is below (r/d)² = .03 %.
+    expect_equal(seen, expected, "side " + std::to_string(size.side), 0.0005);
+  }
+}
+
+// The light of a rough mirror is found by sampling the light, too.
+TEST(MergeStatistical, SharesSumBehindARoughMirror) {
+  for (const float roughness : {0.2f, 0.45f, 0.55f}) {
+    const auto scene = floor_before_a_mirror(1, false, roughness);
+    expect_equal(seen_by(Method::hybrid, scene, look(20'000, 100)), seen_by(Method::path, scene, look(1000, 400)),
+                 "roughness " + std::to_string(roughness), 0.0005);
+  }
+}
+
+// Through the surface of water étendue is diluted by n².
+TEST(MergeStatistical, SharesSumBelowWater) {
+  Scene scene = empty_scene();
+  add_mesh(scene, parallelogram({-3, -3, 0}, {6, 0, 0}, {0, 6, 0}), add_material(scene, lambert(Rgb(kDark))));
+  add_mesh(scene, parallelogram({-3, -3, 0.5f}, {6, 0, 0}, {0, 6, 0}), add_material(scene, glass(1.33f)));
+  add_mesh(scene, parallelogram({0.5f, -0.7f, 1.2f}, {0, 1.4f, 0}, {1.4f, 0, 0}), add_material(scene, emitter(Rgb(1))));
+  const auto pond = prepared(std::move(scene));
+  Look at = look(20'000, 100);
+  at.from = {1, 0.2f, 0.3f};
+  Look many = at;
+  many.side = 16;
+  expect_equal(seen_by(Method::hybrid, pond, at), seen_by(Method::path, pond, many), "pond", 0.001);
+}
+
+// Light from around, through a glass ball: no photon and no path may take it alone.
+TEST(MergeStatistical, SharesSumUnderAnEnvironment) {
+  Scene scene = empty_scene();
+  add_mesh(scene, parallelogram({-3, -3, 0}, {6, 0, 0}, {0, 6, 0}), add_material(scene, lambert(Rgb(kDark))));
+  add_mesh(scene, sphere({1.2f, 0, 0.6f}, 0.5f, 64), add_material(scene, glass(1.5f)));
+  scene.environment.radiance = Rgb(1);
+  const auto ball = prepared(std::move(scene));
+  Look at = look(40'000, 150);
+  at.radius = 0.05f;
+  at.from = {1, 0.5f, 0.05f};
+  expect_equal(seen_by(Method::hybrid, ball, at), seen_by(Method::path, ball, at), "ball", 0.002);
+}
+
+}  // namespace
+}  // namespace photond
