@@ -15,7 +15,7 @@ constexpr float kDark = 1e-3f;
 // A shared caustic with N photons and the radius r has ρ = G/(π² r_m² N), r_m = r/4 and G = π·side² on a Lambert
 // surface: what the sizes below are chosen by.
 Look look(std::uint32_t photons, int passes) {
-  return {.from = {1, 0.5f, 1}, .at = {1.2f, 0, 0}, .radius = 0.02f, .photons = photons, .passes = passes, .side = 8};
+  return {.from = {1, 0.5f, 1}, .at = {1.2f, 0, 0}, .radius = 0.04f, .photons = photons, .passes = passes, .side = 8};
 }
 
 // Both within the noise of each other, and that below 2.5 %: a share forgotten or counted twice is more.
@@ -30,7 +30,8 @@ Sample seen_by(Method method, const std::shared_ptr<const PreparedScene>& scene,
 }
 
 Mesh square(float x, const Vec3& towards, float side) {
-  const Vec3 corner(x, -side / 2, 0.75f - side / 2);
+  // So high that it hides none of its mirror image from the receiver.
+  const Vec3 corner(x, -side / 2, 0.5f);
   return towards.x > 0 ? parallelogram(corner, {0, side, 0}, {0, 0, side}) : parallelogram(corner, {0, 0, side}, {0, side, 0});
 }
 
@@ -50,19 +51,19 @@ std::shared_ptr<const PreparedScene> floor_before_a_mirror(float side, bool unfo
   return prepared(std::move(scene));
 }
 
-// ρ from 3·10⁻⁹ to 6.
+// ρ from 5·10⁻¹⁰ to 3.
 TEST(MergeStatistical, SharesSumToTheLightOfAnySize) {
   struct Size {
     float side;
     std::uint32_t photons;
     int passes;
   };
-  for (const Size& size : {Size{1e-4f, 60'000, 80}, Size{0.3f, 60'000, 80}, Size{1.4f, 20'000, 100}, Size{1.4f, 4000, 400}}) {
+  for (const Size& size : {Size{1e-4f, 60'000, 200}, Size{0.3f, 60'000, 200}, Size{1.4f, 20'000, 320}, Size{1.4f, 2000, 1000}}) {
     const Look at = look(size.photons, size.passes);
     const Sample expected = seen_by(Method::path, floor_before_a_mirror(size.side, true), at);
     const Sample seen = seen_by(Method::hybrid, floor_before_a_mirror(size.side, false), at);
-    // The kernel's bias is below (r/d)² = .03 %.
-    expect_equal(seen, expected, "side " + std::to_string(size.side), 0.0005);
+    // The kernel's bias is below (r/d)² = .1 %.
+    expect_equal(seen, expected, "side " + std::to_string(size.side), 0.001);
   }
 }
 
@@ -70,8 +71,11 @@ TEST(MergeStatistical, SharesSumToTheLightOfAnySize) {
 TEST(MergeStatistical, SharesSumBehindARoughMirror) {
   for (const float roughness : {0.2f, 0.45f, 0.55f}) {
     const auto scene = floor_before_a_mirror(1, false, roughness);
-    expect_equal(seen_by(Method::hybrid, scene, look(20'000, 100)), seen_by(Method::path, scene, look(1000, 400)),
-                 "roughness " + std::to_string(roughness), 0.0005);
+    const Look at = look(20'000, 400);
+    Look many = at;
+    many.side = 32;
+    expect_equal(seen_by(Method::hybrid, scene, at), seen_by(Method::path, scene, many),
+                 "roughness " + std::to_string(roughness), 0.002);
   }
 }
 
@@ -82,10 +86,10 @@ TEST(MergeStatistical, SharesSumBelowWater) {
   add_mesh(scene, parallelogram({-3, -3, 0.5f}, {6, 0, 0}, {0, 6, 0}), add_material(scene, glass(1.33f)));
   add_mesh(scene, parallelogram({0.5f, -0.7f, 1.2f}, {0, 1.4f, 0}, {1.4f, 0, 0}), add_material(scene, emitter(Rgb(1))));
   const auto pond = prepared(std::move(scene));
-  Look at = look(20'000, 100);
+  Look at = look(20'000, 300);
   at.from = {1, 0.2f, 0.3f};
   Look many = at;
-  many.side = 16;
+  many.side = 32;
   expect_equal(seen_by(Method::hybrid, pond, at), seen_by(Method::path, pond, many), "pond", 0.001);
 }
 
