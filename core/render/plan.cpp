@@ -68,11 +68,27 @@ void add_lacks(const Features& features, bool lit, std::vector<PlanItem>& items)
   }
 }
 
-PlanItem choose_method(const Features& features, Method& method) {
+// From here on a path that leaves glass by chance finds too little of the environment's light too rarely: the squared
+// relative error of such a path.
+constexpr double kConcentrated = 20;
+
+bool carries_caustics(const Environment& environment, const Features& features) {
+  return environment.active() && !features.caster.empty() && environment.concentration() > kConcentrated;
+}
+
+PlanItem environment_item(const Environment& environment, const Features& features) {
+  if (!environment.active()) return {"environment", false, "no environment"};
+  const bool caustics = carries_caustics(environment, features);
+  return {"environment", true,
+          caustics ? "the scene is lit from around, so unevenly that it casts caustics"
+                   : "the scene is lit from around, by light that paths find"};
+}
+
+PlanItem choose_method(const Features& features, bool sun, Method& method) {
   if (method != Method::automatic) return {"method", true, std::string(method_name(method)) + ": as asked"};
   method = Method::path;
-  if (!features.bounded_light) {
-    return {"method", true, "path: all light comes from the environment, which paths find through any glass"};
+  if (!features.bounded_light && !sun) {
+    return {"method", true, "path: all light comes from the environment, which paths find"};
   }
   if (!features.receivers) return {"method", true, "path: there is no surface on which photons could be gathered"};
   method = Method::progressive;
@@ -96,7 +112,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
   const Features features = find_features(scene.scene);
   Plan plan;
   plan.method = settings.method;
-  plan.items.push_back(choose_method(features, plan.method));
+  plan.items.push_back(choose_method(features, carries_caustics(scene.scene.environment, features), plan.method));
   plan.biased = plan.method == Method::photon_map;
   plan.uses_maps = plan.method == Method::photon_map || plan.method == Method::progressive ||
                    (plan.method == Method::hybrid && !features.caster.empty() && features.receivers);
@@ -112,8 +128,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                                             : "no volume absorbs light"});
   plan.items.push_back({"alpha_test", features.alpha,
                         features.alpha ? "a material is masked or blended" : "every material is opaque"});
-  const bool environment = scene.scene.environment.active();
-  plan.items.push_back({"environment", environment, environment ? "the scene is lit from around" : "no environment"});
+  plan.items.push_back(environment_item(scene.scene.environment, features));
   add_lacks(features, !scene.lights.empty(), plan.items);
   return plan;
 }

@@ -126,9 +126,11 @@ class RadianceWalk {
 
   void add_environment() {
     if (!see_emitters_ || !scene_.scene.environment.active()) return;
-    const float weight = hit_weight(scene_.lights.pdf_environment()) *
-                         share(path_.chained, path_.ratio, scene_.lights.environment_etendue());
-    radiance_ += path_.throughput * scene_.scene.environment.radiance * weight;
+    const Vec3& direction = path_.ray.direction;
+    const float pdf_direct = path_.depth > 0 ? scene_.lights.pdf_environment(scene_.scene, direction) : 0;
+    const float weight =
+        hit_weight(pdf_direct) * share(path_.chained, path_.ratio, scene_.lights.environment_etendue(pdf_direct));
+    radiance_ += path_.throughput * scene_.scene.environment.from(direction) * weight;
   }
 
   void add_emission(const SurfacePoint& surface) {

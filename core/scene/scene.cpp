@@ -1,6 +1,7 @@
 #include "core/scene/scene.h"
 
 #include <span>
+#include <utility>
 
 namespace photond {
 namespace {
@@ -102,6 +103,14 @@ struct SceneHasher {
 
 }  // namespace
 
+void set_environment(Scene& scene, Environment environment) {
+  std::erase_if(scene.warnings, [](const std::string& warning) { return warning.ends_with(kNoLightWarning); });
+  scene.environment = std::move(environment);
+  if (scene.environment.map == nullptr) return;
+  const std::vector<std::string>& warnings = scene.environment.map->warnings;
+  scene.warnings.insert(scene.warnings.end(), warnings.begin(), warnings.end());
+}
+
 Bounds3 world_bounds(const Scene& scene) {
   std::vector<Bounds3> objects;
   for (const Mesh& mesh : scene.meshes) objects.push_back(object_bounds(mesh));
@@ -128,6 +137,10 @@ Digest scene_digest(const Scene& scene) {
   hash.all(scene.images, &SceneHasher::image);
   hash.all(scene.lights, &SceneHasher::light);
   hash.value(scene.environment.radiance);
+  if (scene.environment.map != nullptr) {
+    hash.value(scene.environment.map->digest());
+    hash.value(scene.environment.rotation);
+  }
   return hash.hasher.finish();
 }
 

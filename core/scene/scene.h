@@ -7,6 +7,7 @@
 #include "core/base/digest.h"
 #include "core/math/types.h"
 #include "core/scene/camera.h"
+#include "core/scene/environment.h"
 #include "core/scene/material.h"
 
 namespace photond {
@@ -71,12 +72,6 @@ struct PunctualLight {
   float cos_outer = 0.70710678f;    ///< spot: none outside
 };
 
-/// Light from infinitely far away: a uniform radiance.
-struct Environment {
-  Rgb radiance{0};
-  bool active() const { return !is_black(radiance); }
-};
-
 /// Everything a picture needs, as plain data; what read_gltf returns and check_scene accepts.
 struct Scene {
   std::vector<Mesh> meshes;
@@ -91,6 +86,12 @@ struct Scene {
                                     ///< the cameras keep; not zero only where `prepare` has moved a far scene
   std::vector<std::string> warnings;  ///< each names its place: "materials[2]: KHR_materials_sheen ignored"
 };
+
+/// What read_gltf warns of where it assumes an environment.
+inline constexpr const char* kNoLightWarning = "the file has no light: a uniform white environment lights the scene";
+
+/// Replaces the scene's environment, an assumed one with its warning, too; the map's own warnings come in.
+void set_environment(Scene& scene, Environment environment);
 
 /// Bounds of all instances in the world.
 Bounds3 world_bounds(const Scene& scene);

@@ -94,7 +94,7 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
   }
   if (scene.environment.active()) {
     environment_ = static_cast<std::int64_t>(lights_.size());
-    add({Light::Kind::environment, 0, 0}, 4.0 * kPi * kPi * radius_ * radius_ * mean(scene.environment.radiance));
+    add({Light::Kind::environment, 0, 0}, 4.0 * kPi * kPi * radius_ * radius_ * scene.environment.mean());
   }
   total_power_ = std::accumulate(powers_.begin(), powers_.end(), 0.0);
   if (lights_.empty()) return;
@@ -231,11 +231,12 @@ DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const 
   const float choice = choice_.pdf(index);
   if (light.kind == Light::Kind::triangle) return sample_triangle(scene, index, point, Vec2(u));
   if (light.kind == Light::Kind::punctual) return sample_punctual(scene.lights[light.index], point, choice);
+  const EnvironmentSample environment = scene.environment.sample(Vec2(u));
   DirectSample sample;
-  sample.wi = square_to_sphere(Vec2(u));
-  sample.pdf_w = choice * kSpherePdf;
-  sample.etendue = environment_etendue();
-  sample.radiance = scene.environment.radiance / sample.pdf_w;
+  sample.wi = environment.wi;
+  sample.pdf_w = choice * environment.pdf_w;
+  sample.etendue = environment_etendue(sample.pdf_w);
+  sample.radiance = environment.radiance / sample.pdf_w;
   sample.infinite = true;
   return sample;
 }
@@ -250,8 +251,9 @@ float Lights::pdf_direct(const Vec3& point, const SurfacePoint& s) const {
   return cos_l > 0 ? choice_.pdf(first + s.triangle) * distance_sq / (cos_l * area) : 0;
 }
 
-float Lights::pdf_environment() const {
-  return environment_ < 0 ? 0 : choice_.pdf(static_cast<std::size_t>(environment_)) * kSpherePdf;
+float Lights::pdf_environment(const Scene& scene, const Vec3& direction) const {
+  if (environment_ < 0) return 0;
+  return choice_.pdf(static_cast<std::size_t>(environment_)) * scene.environment.pdf_w(direction);
 }
 
 float Lights::etendue(const SurfacePoint& s) const {
@@ -259,10 +261,8 @@ float Lights::etendue(const SurfacePoint& s) const {
   return first == kNoLight ? kInfinity : emitters_[first + s.triangle].etendue;
 }
 
-float Lights::environment_etendue() const {
-  // Any direction, through a disc as large as the scene.
-  return environment_ < 0 ? kInfinity
-                          : 4 * kPi * kPi * radius_ * radius_ / choice_.pdf(static_cast<std::size_t>(environment_));
+float Lights::environment_etendue(float pdf) const {
+  return pdf > 0 ? kPi * radius_ * radius_ / pdf : kInfinity;   // through a disc as large as the scene
 }
 
 EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, Rng& rng) const {
@@ -270,9 +270,10 @@ EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, 
   const Light& light = lights_[index];
   const float choice = choice_.pdf(index);
   if (light.kind == Light::Kind::environment) {
-    const Vec3 direction = square_to_sphere(rng.next2());
-    const Ray ray = ray_from_infinity(center_, radius_, direction, rng.next2());
-    return {ray, scene.environment.radiance * environment_etendue(), environment_etendue()};
+    const EnvironmentSample from = scene.environment.sample(rng.next2());
+    const Ray ray = ray_from_infinity(center_, radius_, -from.wi, rng.next2());
+    const float etendue = environment_etendue(choice * from.pdf_w);
+    return {ray, from.radiance * etendue, etendue};
   }
   const PunctualLight& source = scene.lights[light.index];
   if (source.type == LightType::directional) {

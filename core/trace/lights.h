@@ -78,7 +78,8 @@ class Lights {
 
   bool empty() const { return lights_.empty(); }
   std::size_t size() const { return lights_.size(); }
-  /// Sum of the lights' power in W, mean over RGB; exact but for textured emitters (sampled).
+  /// Sum of the lights' power in W, mean over RGB; exact but for textured emitters (sampled) and environment
+  /// maps (means of four texels).
   double total_power() const { return total_power_; }
 
   /// A direction towards a light from `point`; black radiance where the light does not shine there. Visibility is
@@ -86,14 +87,14 @@ class Lights {
   DirectSample sample_direct(const Scene& scene, const Vec3& point, const Vec3& u) const;
   /// Density per solid angle with which `sample_direct` from `point` finds the emitter surface `s`.
   float pdf_direct(const Vec3& point, const SurfacePoint& s) const;
-  /// The same for the environment.
-  float pdf_environment() const;
+  /// The same for the environment in a direction.
+  float pdf_environment(const Scene& scene, const Vec3& direction) const;
 
   /// EmissionSample::etendue of a path that leaves the emitter surface `s`: the inverse of the density with which
   /// `sample_emission` finds it, per area and projected solid angle. Infinite where `s` is not a light.
   float etendue(const SurfacePoint& s) const;
-  /// The same for a path from the environment.
-  float environment_etendue() const;
+  /// The same for a path from the environment, from a direction with that `pdf_environment`.
+  float environment_etendue(float pdf) const;
   /// Whether any light has an étendue: whether paths that are traced from the eye can meet light at all.
   bool extended() const { return !emitters_.empty() || environment_ >= 0; }
 

@@ -129,6 +129,7 @@ std::uint64_t scene_bytes(const Scene& scene) {
              bytes_of(mesh.uv[1]) + bytes_of(mesh.colors) + bytes_of(mesh.triangles) + bytes_of(mesh.vertices);
   }
   for (const TextureImage& image : scene.images) bytes += bytes_of(image.u8) + bytes_of(image.u16);
+  if (scene.environment.map != nullptr) bytes += scene.environment.map->memory_bytes();
   return bytes + bytes_of(scene.instances);
 }
 

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <string>
@@ -29,8 +30,30 @@ bool parse_passes(const std::string& text, PassRange& passes) {
   return last_error == std::errc{} && last == end && passes.first < passes.last;
 }
 
+void add_environment_options(CLI::App& app, EnvironmentOptions& environment) {
+  CLI::Option* const file = app.add_option("--environment", environment.file,
+                                           "Light the scene from around by this equirectangular .exr or .hdr file");
+  app.add_option_function<float>(
+         "--environment-rotation",
+         [&environment](const float& degrees) {
+           if (!(std::abs(degrees) <= 360)) throw CLI::ValidationError("--environment-rotation", "expects -360 to 360");
+           environment.rotation_deg = degrees;
+         },
+         "Degrees by which it is turned about the vertical, +X towards -Z (default: 0)")
+      ->needs(file);
+  app.add_option_function<float>(
+         "--environment-scale",
+         [&environment](const float& scale) {
+           if (!(scale >= 0 && scale <= 1e9f)) throw CLI::ValidationError("--environment-scale", "expects 0 to 1e9");
+           environment.scale = scale;
+         },
+         "Factor of its radiance (default: 1)")
+      ->needs(file);
+}
+
 void add_task_options(CLI::App& app, TaskOptions& command) {
   app.add_option("SCENE", command.scene, "A .glb or .gltf file")->required();
+  add_environment_options(app, command.environment);
   app.add_option("--camera", command.camera, "Name or index of the camera (default: the first)");
   app.add_option_function<std::string>(
          "--size",
@@ -114,6 +137,7 @@ CLI::App* add_info(CLI::App& app, InfoCommand& command) {
   CLI::App* const info =
       app.add_subcommand("info", "Show what a glTF scene contains and how it would be rendered");
   info->add_option("SCENE", command.scene, "A .glb or .gltf file")->required();
+  add_environment_options(*info, command.environment);
   info->add_flag("--json", command.json, "Print JSON");
   return info;
 }

@@ -12,9 +12,17 @@
 
 namespace photond {
 
+/// A picture of the surroundings to light a scene with.
+struct EnvironmentOptions {
+  std::string file;        ///< EXR or HDR; empty: the scene's own environment
+  float rotation_deg = 0;
+  float scale = 1;
+};
+
 /// What determines a picture, and the threads to make it with.
 struct TaskOptions {
   std::string scene;
+  EnvironmentOptions environment;
   std::string camera;  ///< name or index; empty: the first
   PhotonSettings photons;
   RenderSettings settings;
@@ -48,6 +56,7 @@ struct MergeCommand {
 
 struct InfoCommand {
   std::string scene;
+  EnvironmentOptions environment;
   bool json = false;
 };
 

@@ -39,12 +39,18 @@ void print_cameras(std::ostream& out, const std::vector<Camera>& cameras) {
   }
 }
 
-void print_lights(std::ostream& out, const SceneReport& report) {
+void print_lights(std::ostream& out, const SceneReport& report, const Environment& environment) {
   for (const SceneReport::LightEntry& light : report.lights) {
     field(out, "light") << quoted(light.name) << " " << light_type_name(light.type) << " "
                         << text_of(light.intensity) << "\n";
   }
-  if (!is_black(report.environment)) field(out, "environment") << text_of(report.environment) << "\n";
+  if (environment.map != nullptr) {
+    field(out, "environment") << text_of(report.environment) << " times a map of " << environment.map->width() << "x"
+                              << environment.map->height() << " pixels, turned by "
+                              << glm::degrees(environment.rotation) << " degrees\n";
+  } else if (environment.active()) {
+    field(out, "environment") << text_of(report.environment) << "\n";
+  }
 }
 
 void print_materials(std::ostream& out, const SceneReport& report) {
@@ -71,7 +77,7 @@ void print_info(std::ostream& out, const std::string& file, const PreparedScene&
   print_counts(out, report);
   field(out, "memory") << (prepared.memory_bytes >> 10) << " KiB\n";
   print_cameras(out, summary.cameras);
-  print_lights(out, report);
+  print_lights(out, report, prepared.scene.environment);
   print_materials(out, report);
   print_plan(out, summary.plan);
   for (const std::string& warning : report.warnings) out << "  warning: " << warning << "\n";
@@ -81,7 +87,7 @@ void print_info(std::ostream& out, const std::string& file, const PreparedScene&
 
 int run_info(const InfoCommand& command) {
   const Workers workers;
-  auto scene = load_scene(command.scene);
+  auto scene = load_scene(command.scene, command.environment);
   if (!scene) return print_failure(command.scene, scene.error());
   const auto prepared = prepare(*std::move(scene), workers.execution());
   if (!prepared) return print_failure(command.scene, prepared.error());

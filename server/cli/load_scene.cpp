@@ -50,6 +50,19 @@ Result<Scene> load_scene(const std::filesystem::path& file) {
   return read_gltf(*bytes, folder_resources(folder));
 }
 
+Result<Scene> load_scene(const std::filesystem::path& file, const EnvironmentOptions& environment) {
+  auto scene = load_scene(file);
+  if (!scene || environment.file.empty()) return scene;
+  const auto bytes = read_file(environment.file, kMaxFileBytes);
+  if (!bytes) return Error{bytes.error().code, bytes.error().message, environment.file};
+  auto map = read_environment(*bytes);
+  if (!map) return Error{map.error().code, map.error().message, environment.file};
+  set_environment(*scene, {.radiance = Rgb(environment.scale),
+                           .map = *std::move(map),
+                           .rotation = glm::radians(environment.rotation_deg)});
+  return scene;
+}
+
 Result<Camera> find_camera(const Scene& scene, const std::string& text) {
   if (text.empty()) return scene.cameras.front();
   std::string known;

@@ -5,6 +5,7 @@
 #include "core/base/result.h"
 #include "core/scene/gltf.h"
 #include "core/scene/scene.h"
+#include "server/cli/commands.h"
 
 namespace photond {
 
@@ -15,6 +16,9 @@ ResourceReader folder_resources(const std::filesystem::path& folder);
 /// Reads a .glb or .gltf file with the resources in its own folder. Errors: those of read_gltf and of the
 /// files.
 Result<Scene> load_scene(const std::filesystem::path& file);
+
+/// The same, lit from around as the options say. Errors: also those of the environment's file, which is named.
+Result<Scene> load_scene(const std::filesystem::path& file, const EnvironmentOptions& environment);
 
 /// The camera of that name, else the camera of that index; empty `text`: the first. Errors: not_found, naming
 /// the cameras there are.

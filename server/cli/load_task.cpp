@@ -34,7 +34,7 @@ Result<RenderTask> load_task(const TaskOptions& options, const Execution& execut
                              LoadSeconds& seconds) {
   const Stopwatch watch;
   bar.stage("loading " + options.scene);
-  auto scene = load_scene(options.scene);
+  auto scene = load_scene(options.scene, options.environment);
   if (!scene) return scene.error();
   const auto camera = find_camera(*scene, options.camera);
   if (!camera) return camera.error();

@@ -40,6 +40,52 @@ TEST(HardCase, OpenFurnaceAroundAConvexBody01) {
   }
 }
 
+// A sky of texels is the sky it is made of: alike everywhere, or one half white, which a plane sees by halves.
+TEST(HardCase, OpenFurnaceUnderAMap01) {
+  HardCase c(1, "open furnace");
+  Scene scene = empty_scene();
+  scene.environment.radiance = Rgb(2);
+  scene.environment.map = std::make_shared<EnvironmentMap>(16, 8, std::vector<Rgb>(16 * 8, Rgb(0.5f)));
+  scene.environment.rotation = 1;
+  add_mesh(scene, box({-1, -1, -1}, {1, 1, 1}), add_material(scene, lambert(Rgb(0.7f))));
+  const Look look{.from = {3, 2, 4}, .photons = 1000, .passes = 40, .side = 32};
+  look_at_with(c.equals("L of a box of albedo 0.7 under an even map of 1", 0.7), prepared(scene), look);
+  // Rows 0 … 3 shine: halfway between the rows 3 and 4 radiance falls to zero, symmetrically about the horizon; of a
+  // wall's hemisphere, half by the cosine's weight.
+  std::vector<Rgb> halves(16 * 8, Rgb(0));
+  std::fill(halves.begin(), halves.begin() + 16 * 4, Rgb(0.5f));
+  scene.environment.map = std::make_shared<EnvironmentMap>(16, 8, halves);
+  look_at_with(c.equals("L of its walls under a map whose upper half is 1", 0.35), prepared(scene),
+               {.from = {0.2f, 0.1f, 4}, .at = {0.2f, 0.1f, 1}, .photons = 1000, .passes = 40, .side = 32});
+}
+
+// Sun and sky of one picture: E = ∫ L cos θ dω over the map itself.
+TEST(HardCase, OpenFurnaceUnderASun01) {
+  HardCase c(1, "open furnace");
+  std::vector<Rgb> pixels(64 * 32, Rgb(0.1f));
+  pixels[64 * 9 + 20] = Rgb(5000);
+  const auto map = std::make_shared<EnvironmentMap>(64, 32, pixels);
+  double irradiance = 0;
+  constexpr int kColumns = 64 * 16, kRows = 512;   // of the texels' sixteenths
+  for (int y = 0; y < kRows; ++y) {
+    const double theta = (y + 0.5) / kRows * std::numbers::pi;
+    for (int x = 0; theta < std::numbers::pi / 2 && x < kColumns; ++x) {
+      const double phi = (x + 0.5) / kColumns * 2 * std::numbers::pi;
+      const Vec3 w(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi));
+      irradiance += static_cast<double>(map->radiance(w).x) * std::cos(theta) * std::sin(theta) *
+                    (std::numbers::pi / kRows) * (2 * std::numbers::pi / kColumns);
+    }
+  }
+  Scene scene = empty_scene();
+  scene.environment.radiance = Rgb(1);
+  scene.environment.map = map;
+  add_mesh(scene, parallelogram({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}), add_material(scene, lambert(Rgb(0.5f))));
+  // The quadrature's midpoints miss a tent's integral by (1/16)²/4 = .1 % at most.
+  look_at_with(c.equals("L of a plane of albedo 0.5 under a sun of one texel", 0.5 * irradiance / std::numbers::pi,
+                        {.relative = 0.001}),
+               prepared(std::move(scene)), {.from = {1, 2, 1}, .photons = 1000, .passes = 40, .side = 32});
+}
+
 // Whatever its shape, a body that loses nothing hides nothing: L = Le.
 TEST(HardCaseStatistical, OpenFurnaceAroundAHollow01) {
   HardCase c(1, "open furnace");

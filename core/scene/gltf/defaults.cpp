@@ -57,7 +57,7 @@ void add_defaults(Build& build) {
   }
   if (!has_light(scene) && !has_emitter(scene)) {
     scene.environment.radiance = Rgb(1);
-    build.warnings.add("the file has no light: a uniform white environment lights the scene", "lights");
+    build.warnings.add(kNoLightWarning, "lights");
   }
 }
 

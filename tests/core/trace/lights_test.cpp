@@ -30,7 +30,7 @@ TEST(Lights, DirectDirectionsMatchTheirPdf) {
   const Vec3 point{0.3f, -0.2f, 0.1f};
   const auto pdf = [&](const Vec3& wi) {
     const Hit hit = scene->accel.intersect({point, wi});
-    const float environment = scene->lights.pdf_environment();
+    const float environment = scene->lights.pdf_environment(scene->scene, wi);
     if (!hit.found()) return static_cast<double>(environment);
     const SurfacePoint s = make_surface(scene->scene, {point, wi}, hit);
     return static_cast<double>(environment + scene->lights.pdf_direct(point, s));
