@@ -29,6 +29,7 @@ ApiLimits api_limits(const ServiceOptions& options) {
   ApiLimits limits;
   limits.max_upload_bytes = options.max_upload_bytes;
   limits.max_streams = options.max_streams;
+  limits.max_uploads = options.max_uploads;
   limits.max_requests = options.max_requests;
   return limits;
 }
@@ -36,9 +37,8 @@ ApiLimits api_limits(const ServiceOptions& options) {
 Status check_options(const ServiceOptions& options) {
   if (options.port < 0 || options.port > 65'535) return invalid_input("the port must be from 0 to 65535");
   if (options.threads < 0 || options.threads > 1024) return invalid_input("threads must be from 0 to 1024");
-  if (options.max_streams < 1 || options.max_streams > 10'000 || options.max_requests < 1 ||
-      options.max_requests > 10'000) {
-    return invalid_input("streams and requests must be from 1 to 10000");
+  for (const int count : {options.max_streams, options.max_uploads, options.max_requests}) {
+    if (count < 1 || count > 10'000) return invalid_input("streams, uploads and requests must be from 1 to 10000");
   }
   return Done{};
 }
@@ -77,9 +77,12 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
     if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added)
       return added.error();
   }
-  const HttpOptions http{options.host, options.port, options.max_streams, options.max_requests};
   Result<std::vector<Route>> routes = make_routes(state->api);
   if (!routes) return routes.error();
+  const HttpOptions http{options.host,
+                         options.port,
+                         {options.max_streams, options.max_uploads, options.max_requests},
+                         options.patience};
   Result<std::unique_ptr<HttpServer>> server =
       HttpServer::start(http, std::move(*routes), std::move(files), state->counts);
   if (!server) return server.error();

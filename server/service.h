@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -23,8 +24,10 @@ struct ServiceOptions {
   std::uint64_t max_pixels = 8'388'608;  ///< of one film
   int max_live_jobs = 256;               ///< not yet ended; beyond it submissions are refused
   int max_kept_jobs = 1024;              ///< ended; the oldest are forgotten
-  int max_streams = 256;                 ///< event streams and long polls at once
+  int max_streams = 512;                 ///< event streams and long polls at once
+  int max_uploads = 8;                   ///< at once; each may take max_upload_bytes of memory
   int max_requests = 64;                 ///< other requests at once
+  std::chrono::milliseconds patience{10'000};  ///< for a request's head to arrive, and again for a small body
 };
 
 /// The running HTTP service. Everything lives inside: several services may run in one process (tests do).

@@ -15,7 +15,8 @@ namespace photond {
 struct ApiLimits {
   std::uint64_t max_upload_bytes = 256ull << 20;
   std::uint64_t max_message_bytes = 64 * 1024;  ///< of a job
-  int max_streams = 256;
+  int max_streams = 512;
+  int max_uploads = 8;
   int max_requests = 64;
 };
 
@@ -54,6 +55,9 @@ class Api {
   Response delete_job(const Request& request);
   Response get_series(const Request& request) const;
   Response get_frame(const Request& request) const;
+
+  // picture_stream.cpp
+  Response picture_stream(const Request& request) const;
 
   // event_stream.cpp
   Response job_events(const Request& request) const;

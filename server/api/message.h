@@ -18,6 +18,7 @@ namespace photond {
 struct Request {
   std::string method;                             ///< "GET" (HEAD too), "POST", "DELETE"
   std::string path;                               ///< percent-decoded, without the query
+  std::string id;                                 ///< X-Request-Id: for logs, told in the answer
   std::vector<std::string> captures;              ///< what the route's placeholders matched
   std::multimap<std::string, std::string> query;  ///< percent-decoded
   std::string content_type;                       ///< lower case, without parameters
@@ -46,6 +47,7 @@ struct Response {
   std::string content_type;
   std::vector<std::pair<std::string, std::string>> headers;
   std::variant<std::string, SharedBytes, Pieces> body;
+  std::string refusal;  ///< the code of a problem, for logs and metrics; else empty
 };
 
 /// What looks at a request before its body is read, and what answers it; they throw nothing of their own.

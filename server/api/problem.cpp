@@ -28,6 +28,8 @@ const char* title_of(int status) {
       return "Unsupported media type";
     case 416:
       return "Range not satisfiable";
+    case 417:
+      return "Expectation failed";
     case 422:
       return "Unprocessable content";
     case 429:
@@ -36,8 +38,12 @@ const char* title_of(int status) {
       return "Request header fields too large";
     case 500:
       return "Internal error";
+    case 501:
+      return "Not implemented";
     case 503:
       return "Unavailable";
+    case 505:
+      return "HTTP version not supported";
     case 507:
       return "Insufficient storage";
     default:
@@ -108,6 +114,7 @@ Response problem(int status, const std::string& code, const std::vector<Violatio
   }
   Response response;
   response.status = status;
+  response.refusal = code;
   response.content_type = "application/problem+json";
   response.headers.emplace_back("Cache-Control", "no-store");
   if (status == 429 || status == 503) response.headers.emplace_back("Retry-After", "2");

@@ -6,6 +6,8 @@
 #include <string>
 #include <tuple>
 
+#include "server/jobs/histogram.h"
+
 namespace photond {
 
 /// What the transport counts for /metrics. Thread-safe.
@@ -14,34 +16,40 @@ class RequestCounts {
   /// `route` is the pattern of the route table, never the path: its values are few.
   using Key = std::tuple<std::string, std::string, int>;  ///< method, route, status
 
-  void answered(const std::string& method, const std::string& route, int status) {
+  /// `refusal` is the code of the problem that was answered; empty where it was none. `seconds` until the answer's
+  /// first byte.
+  void answered(const Key& key, const std::string& refusal, double seconds) {
     const std::lock_guard lock(mutex_);
-    ++answers_[{method, route, status}];
+    ++now_.answers[key];
+    if (!refusal.empty()) ++now_.refusals[refusal];
+    now_.seconds.add(seconds);
   }
-  void refused() {
+  /// A connection ended without an answer, for this reason.
+  void dropped(const std::string& reason) {
     const std::lock_guard lock(mutex_);
-    ++refusals_;
+    ++now_.drops[reason];
   }
+  /// Endless answers and long polls.
   void streams_changed(int by) {
     const std::lock_guard lock(mutex_);
-    streams_ += by;
+    now_.streams += by;
   }
 
   struct Snapshot {
     std::map<Key, std::uint64_t> answers;
-    std::uint64_t refusals = 0;  ///< 503 because too many were served at once
-    int streams = 0;             ///< event streams and long polls open now
+    std::map<std::string, std::uint64_t> refusals;
+    std::map<std::string, std::uint64_t> drops;
+    Histogram<8> seconds{{0.001, 0.005, 0.02, 0.05, 0.25, 1, 5, 20}};
+    int streams = 0;  ///< open now
   };
   Snapshot snapshot() const {
     const std::lock_guard lock(mutex_);
-    return {answers_, refusals_, streams_};
+    return now_;
   }
 
  private:
   mutable std::mutex mutex_;
-  std::map<Key, std::uint64_t> answers_;
-  std::uint64_t refusals_ = 0;
-  int streams_ = 0;
+  Snapshot now_;
 };
 
 }  // namespace photond

@@ -5,7 +5,6 @@
 #include "server/api/openapi.h"
 #include "server/api/problem.h"
 #include "server/api/query.h"
-#include "server/jobs/job.h"
 
 namespace photond {
 
@@ -51,59 +50,6 @@ Json map_json(const MapCache::Info& map) {
           {"last_use", time_text(map.last_use)}};
 }
 
-/// Writes the Prometheus text format: each metric is announced once, before its first sample.
-class MetricsText {
- public:
-  void announce(const char* name, const char* type, const char* help) {
-    text_ << "# HELP " << name << ' ' << help << "\n# TYPE " << name << ' ' << type << '\n';
-  }
-  template <class Value>
-  void sample(const char* name, const std::string& labels, Value value) {
-    text_ << name << labels << ' ' << value << '\n';
-  }
-  template <class Value>
-  void single(const char* name, const char* type, const char* help, Value value) {
-    announce(name, type, help);
-    sample(name, "", value);
-  }
-  std::string text() const { return text_.str(); }
-
- private:
-  std::ostringstream text_;
-};
-
-void write_requests(MetricsText& out, const RequestCounts::Snapshot& counts) {
-  out.announce("photond_requests_total", "counter", "Answered requests.");
-  for (const auto& [key, count] : counts.answers) {
-    const auto& [method, route, status] = key;
-    out.sample("photond_requests_total",
-               "{method=\"" + method + "\",route=\"" + route + "\",status=\"" + std::to_string(status) + "\"}",
-               count);
-  }
-  out.single("photond_refusals_total", "counter", "Requests refused because too many were served at once.",
-             counts.refusals);
-  out.single("photond_streams_open", "gauge", "Event streams and long polls open now.", counts.streams);
-}
-
-void write_jobs(MetricsText& out, const std::vector<JobRecord>& jobs) {
-  std::uint64_t by_state[kJobStates] = {};
-  for (const JobRecord& job : jobs) ++by_state[static_cast<int>(job.state)];
-  out.announce("photond_jobs", "gauge", "Known jobs by state.");
-  for (int i = 0; i < kJobStates; ++i) {
-    out.sample("photond_jobs", std::string("{state=\"") + state_name(static_cast<JobState>(i)) + "\"}",
-               by_state[i]);
-  }
-}
-
-void write_maps(MetricsText& out, const MapCache::Totals& totals, std::uint64_t budget) {
-  out.single("photond_map_cache_hits_total", "counter", "Photon maps found in the cache.", totals.hits);
-  out.single("photond_map_cache_misses_total", "counter", "Photon maps that had to be built.", totals.misses);
-  out.single("photond_map_cache_evictions_total", "counter", "Photon maps dropped for room.", totals.evictions);
-  out.single("photond_map_cache_bytes", "gauge", "Size of the cached photon maps.", totals.bytes);
-  out.single("photond_map_cache_entries", "gauge", "Cached photon maps.", totals.entries);
-  out.single("photond_map_cache_budget_bytes", "gauge", "What the cached photon maps may take.", budget);
-}
-
 }  // namespace
 
 Response Api::health(const Request&) const { return text_response("ok\n", "text/plain"); }
@@ -111,15 +57,6 @@ Response Api::health(const Request&) const { return text_response("ok\n", "text/
 Response Api::ready(const Request& request) const {
   if (request.stop.stop_requested()) return problem(503, "draining", "the service is shutting down");
   return text_response("ready\n", "text/plain");
-}
-
-Response Api::metrics(const Request&) const {
-  MetricsText out;
-  write_requests(out, counts_.snapshot());
-  write_jobs(out, store_.jobs());
-  out.single("photond_passes_total", "counter", "Rendered passes.", jobs_.passes());
-  write_maps(out, jobs_.maps().totals(), jobs_.maps().budget_bytes());
-  return text_response(out.text(), "text/plain; version=0.0.4");
 }
 
 Response Api::info(const Request&) const {
@@ -138,6 +75,7 @@ Response Api::info(const Request&) const {
                           {"max_kept_jobs", jobs.max_kept_jobs},
                           {"map_cache_bytes", jobs.map_cache_bytes},
                           {"max_streams", limits_.max_streams},
+                          {"max_uploads", limits_.max_uploads},
                           {"max_requests", limits_.max_requests}}}});
 }
 

@@ -160,7 +160,7 @@ void add_megabytes(CLI::App& app, const std::string& name, std::uint64_t& bytes,
       ->type_name("MB");
 }
 
-CLI::App* add_serve(CLI::App& app, ServiceOptions& options) {
+CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level) {
   CLI::App* const serve = app.add_subcommand("serve", "Serve the HTTP interface and the web client");
   serve->add_option("--host", options.host, "Address to listen on")->capture_default_str();
   serve->add_option("--port", options.port, "Port to listen on; 0: any free one")
@@ -180,6 +180,16 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options) {
       ->capture_default_str();
   serve->add_option("--max-streams", options.max_streams, "Event streams and long polls at once")
       ->capture_default_str();
+  const std::map<std::string, LogLevel> levels{{"debug", LogLevel::debug},
+                                               {"info", LogLevel::info},
+                                               {"warning", LogLevel::warning},
+                                               {"error", LogLevel::error},
+                                               {"off", LogLevel::off}};
+  serve->add_option("--log-level", log_level, "Least level of the JSON lines on stderr (default: info)")
+      ->transform(CLI::CheckedTransformer(levels, CLI::ignore_case).description(""))
+      ->type_name("debug|info|warning|error|off");
+  serve->add_option("--max-uploads", options.max_uploads, "Uploads at once")->capture_default_str();
+  serve->add_option("--max-requests", options.max_requests, "Other requests at once")->capture_default_str();
   return serve;
 }
 
@@ -214,12 +224,13 @@ int run_cli(int argc, char** argv) {
   InfoCommand info;
   CompareCommand compare;
   ServiceOptions service;
+  LogLevel log_level = LogLevel::info;
   const CLI::App* const render_app = add_render(app, render);
   const CLI::App* const task_app = add_task(app, task);
   const CLI::App* const merge_app = add_merge(app, merge);
   const CLI::App* const info_app = add_info(app, info);
   const CLI::App* const compare_app = add_compare(app, compare);
-  add_serve(app, service);
+  add_serve(app, service, log_level);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -230,7 +241,7 @@ int run_cli(int argc, char** argv) {
   if (merge_app->parsed()) return run_merge(merge);
   if (info_app->parsed()) return run_info(info);
   if (compare_app->parsed()) return run_compare(compare);
-  return run_serve(service);
+  return run_serve(service, log_level);
 }
 
 }  // namespace photond

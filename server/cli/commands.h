@@ -8,6 +8,7 @@
 
 #include "core/film/film.h"
 #include "core/render/settings.h"
+#include "server/log.h"
 #include "server/service.h"
 
 namespace photond {
@@ -72,7 +73,7 @@ int run_task(const TaskCommand& command);
 int run_merge(const MergeCommand& command);
 int run_info(const InfoCommand& command);
 int run_compare(const CompareCommand& command);
-int run_serve(const ServiceOptions& options);
+int run_serve(const ServiceOptions& options, LogLevel log_level);
 
 /// Prints `photond: <message>` to stderr and returns kExitUsage.
 int print_usage_error(const std::string& message);

@@ -1,3 +1,5 @@
+#include <sys/resource.h>
+
 #include <csignal>
 #include <iostream>
 
@@ -7,8 +9,22 @@
 
 namespace photond {
 
-int run_serve(const ServiceOptions& options) {
-  Interrupt interrupt;
+namespace {
+
+/// Every connection takes a descriptor, and the usual soft limit of 1024 is soon reached.
+void raise_descriptor_limit() {
+  rlimit files{};
+  getrlimit(RLIMIT_NOFILE, &files);
+  files.rlim_cur = files.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &files);
+}
+
+}  // namespace
+
+int run_serve(const ServiceOptions& options, LogLevel log_level) {
+  raise_descriptor_limit();
+  Interrupt interrupt;  // before any thread, which would take its signals
+  begin_log(log_level, stderr);
   std::signal(SIGPIPE, SIG_IGN);  // a client that hangs up is an error of one write, not of the program
   const auto service = Service::start(options);
   if (!service) {
@@ -18,6 +34,7 @@ int run_serve(const ServiceOptions& options) {
   std::cout << "photond " PHOTOND_VERSION " serves " << (*service)->url() << std::endl;
   interrupt.wait();
   (*service)->stop();
+  end_log();
   return kExitOk;
 }
 

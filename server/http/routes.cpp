@@ -15,33 +15,32 @@ using ConstMethod = Response (Api::*)(const Request&) const;
 
 /// One line of the table below: what answers an operation of the contract.
 struct Line {
-  Line(std::string m, std::string p, Method h, std::uint64_t body = 0)
-      : method(std::move(m)), pattern(std::move(p)), max_body_bytes(body), call([h](Api& api, const Request& request) {
+  Line(std::string m, std::string p, Method h, std::uint64_t body = 0, Seat w = Seat::request)
+      : method(std::move(m)), pattern(std::move(p)), max_body_bytes(body), seat(w), call([h](Api& api, const Request& request) {
           return (api.*h)(request);
         }) {}
-  Line(std::string m, std::string p, ConstMethod h, bool endless = false)
-      : method(std::move(m)), pattern(std::move(p)), streams(endless), call([h](Api& api, const Request& request) {
+  Line(std::string m, std::string p, ConstMethod h, Seat w = Seat::request)
+      : method(std::move(m)), pattern(std::move(p)), seat(w), call([h](Api& api, const Request& request) {
           return (api.*h)(request);
         }) {}
 
   std::string method;
   std::string pattern;
   std::uint64_t max_body_bytes = 0;
-  bool streams = false;  ///< answers with an endless body
+  Seat seat = Seat::request;
   std::function<Response(Api&, const Request&)> call;
 };
 
 /// The first pattern that matches counts.
 std::vector<Line> table(const ApiLimits& limits) {
-  constexpr bool kEndless = true;
   return {
-      {"GET", "/healthz", &Api::health},
-      {"GET", "/readyz", &Api::ready},
-      {"GET", "/metrics", &Api::metrics},
+      {"GET", "/healthz", &Api::health, Seat::probe},
+      {"GET", "/readyz", &Api::ready, Seat::probe},
+      {"GET", "/metrics", &Api::metrics, Seat::probe},
       {"GET", "/v1/info", &Api::info},
       {"GET", "/v1/openapi.json", &Api::openapi},
 
-      {"POST", "/v1/scenes", &Api::post_scene, limits.max_upload_bytes},
+      {"POST", "/v1/scenes", &Api::post_scene, limits.max_upload_bytes, Seat::upload},
       {"GET", "/v1/scenes", &Api::list_scenes},
       {"GET", "/v1/scenes/{id}.glb", &Api::get_scene_file},
       {"GET", "/v1/scenes/{id}", &Api::get_scene},
@@ -54,8 +53,9 @@ std::vector<Line> table(const ApiLimits& limits) {
       {"POST", "/v1/jobs/{id}/cancel", &Api::cancel_job},
       {"GET", "/v1/jobs/{id}/series", &Api::get_series},
       {"GET", "/v1/jobs/{id}/frames/{rev}.{format}", &Api::get_frame},
-      {"GET", "/v1/jobs/{id}/events", &Api::job_events, kEndless},
-      {"GET", "/v1/events", &Api::all_events, kEndless},
+      {"GET", "/v1/jobs/{id}/stream.mjpg", &Api::picture_stream, Seat::stream},
+      {"GET", "/v1/jobs/{id}/events", &Api::job_events, Seat::stream},
+      {"GET", "/v1/events", &Api::all_events, Seat::stream},
 
       {"GET", "/v1/maps", &Api::list_maps},
       {"DELETE", "/v1/maps/{key}", &Api::delete_map},
@@ -64,7 +64,7 @@ std::vector<Line> table(const ApiLimits& limits) {
 
 /// Checks by the contract first; what arrives at the method has its types.
 Route make_route(Api& api, Line line, const Operation& operation) {
-  Route route{line.method, line.pattern, {}, {}, {}, line.max_body_bytes, line.streams};
+  Route route{line.method, line.pattern, {}, {}, {}, line.max_body_bytes, line.seat};
   for (const auto& [type, schema] : operation.body) route.body_types.push_back(type);
   route.admit = [&operation](Request& request) { return check_parameters(operation, request); };
   route.handler = [&api, &operation, call = std::move(line.call)](Request& request) {

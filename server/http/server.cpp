@@ -1,35 +1,34 @@
 #include "server/http/server.h"
 
 #include <httplib.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cctype>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <optional>
+#include <random>
 #include <stop_token>
-#include <thread>
+#include <utility>
 
 #include "server/api/problem.h"
+#include "server/http/crew.h"
+#include "server/http/doorman.h"
+#include "server/log.h"
+
+// How cpp-httplib is used here: the doorman accepts connections and reads heads, the reception finds the handler and
+// reads bodies, so that the library meets neither a socket nor a byte that was not checked. It takes the request line
+// apart (path, percent-decoding, query) and writes the answer. One request per connection: what follows a request is
+// never taken for the next one.
 
 namespace photond {
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::size_t kSliceBytes = 256 * 1024;
-constexpr std::size_t kMaxPath = 512;
-constexpr std::size_t kMaxHeaders = 100;
-constexpr std::uint64_t kMaxIgnoredBody = 64 * 1024;  // of a route that takes no body
-constexpr std::uint64_t kMaxDrain = 64 << 20;         // read and dropped so that a refusal is seen
-constexpr int kSpareThreads = 16;                     // for answering 503 when all slots are taken
-constexpr int kBacklog = 512;
-constexpr int kFirstByteSeconds = 5;
-constexpr int kReadSeconds = 5;
-constexpr int kWriteSeconds = 15;
+constexpr int kSpareThreads = 64;  // for probes, and for refusing what finds no seat
+constexpr std::chrono::seconds kStreamPatience{15};  // for a viewer to take what it was sent
+constexpr std::size_t kMaxId = 64;
 
 const std::vector<std::pair<std::string, std::string>> kSecurityHeaders{
     {"X-Content-Type-Options", "nosniff"},
@@ -40,88 +39,114 @@ const std::vector<std::pair<std::string, std::string>> kSecurityHeaders{
      "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; object-src 'none'; "
      "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"}};
 
-/// One of a limited number of places; given back when the last copy goes.
-using Slot = std::shared_ptr<void>;
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
+/// The request line as the library shall see it, without header lines: what those say has been read already. A head
+/// that is refused has none.
+std::string canonical_head(const Arrival& arrival) {
+  const Head* head = std::get_if<Head>(&arrival.head);
+  if (head == nullptr) return "GET / HTTP/1.1\r\n\r\n";
+  return head->method + " " + head->target + " HTTP/1.1\r\n\r\n";
 }
 
-std::string lower_type(const std::string& header) {
-  std::string type = header.substr(0, header.find(';'));
-  while (!type.empty() && type.back() == ' ') type.pop_back();
-  return lower(std::move(type));
-}
+/// A connection as the library sees it: it reads a prepared text and writes to the socket, each within its time.
+class Conversation final : public httplib::Stream {
+ public:
+  Conversation(Arrival& arrival, const std::stop_token& stop)
+      : arrival_(arrival), stop_(stop), text_(canonical_head(arrival)) {}
 
-/// What a request says of its body. The library trusts these headers, so they are checked here.
-struct BodyClaim {
-  bool present = false;
-  std::optional<std::uint64_t> length;  ///< unknown where chunked
+  /// From here on the answer has no end: every piece has its own time.
+  void become_stream() { stream_ = true; }
+  std::uint64_t written() const { return written_; }
+  bool failed() const { return failed_; }
+  bool peer_gone() const { return arrival_.socket.peer_gone(); }
+
+  bool is_readable() const override { return at_ < text_.size(); }
+  bool is_writable() const override { return !failed_; }
+  ssize_t read(char* to, size_t size) override {
+    const std::size_t n = text_.copy(to, size, at_);
+    at_ += n;
+    return static_cast<ssize_t>(n);
+  }
+  ssize_t write(const char* from, size_t size) override {
+    const SteadyTime deadline = stream_ ? Clock::now() + kStreamPatience : pace_.deadline();
+    failed_ = failed_ || !arrival_.socket.write(from, size, deadline, stop_);
+    if (failed_) return -1;
+    pace_.moved(size);
+    written_ += size;
+    return static_cast<ssize_t>(size);
+  }
+  void get_remote_ip_and_port(std::string& ip, int& port) const override {
+    ip = arrival_.peer;
+    port = 0;
+  }
+  void get_local_ip_and_port(std::string& ip, int& port) const override {
+    ip.clear();
+    port = 0;
+  }
+  // The library must not touch the socket; a number that it would not select() on anyway.
+  socket_t socket() const override { return 0; }
+
+ private:
+  Arrival& arrival_;
+  const std::stop_token& stop_;
+  const std::string text_;
+  std::size_t at_ = 0;
+  Pace pace_;
+  std::uint64_t written_ = 0;
+  bool stream_ = false;
+  bool failed_ = false;
 };
 
-Result<BodyClaim> claimed_body(const httplib::Request& in) {
-  const bool chunked = in.has_header("Transfer-Encoding");
-  const std::size_t lengths = in.get_header_value_count("Content-Length");
-  if (lengths > 1 || (chunked && lengths > 0)) return invalid_input("the length of the body is stated twice");
-  if (chunked) {
-    if (lower_type(in.get_header_value("Transfer-Encoding")) != "chunked") {
-      return invalid_input("only the transfer encoding chunked is supported");
+/// One request's way through the library. An object of its own costs little, and shares nothing.
+class Exchange : private httplib::Server {
+ public:
+  using Answerer = std::function<void(const httplib::Request&, httplib::Response&)>;
+
+  explicit Exchange(Answerer answerer) {
+    svr_sock_ = 0;  // else it takes itself for shutting down; it is never listened on
+    set_pre_routing_handler([answerer](const httplib::Request& in, httplib::Response& out) {
+      answerer(in, out);
+      return HandlerResponse::Handled;
+    });
+    // What it refuses itself, with a body of ours.
+    set_error_handler([answerer](const httplib::Request& in, httplib::Response& out) {
+      if (!out.has_header("X-Request-Id")) answerer(in, out);
+    });
+  }
+
+  void run(Conversation& conversation, const std::string& peer) { run(*this, conversation, peer); }
+
+ private:
+  /// cpp-httplib 0.18 takes addresses here, 0.11 asks the stream for them.
+  template <class Self>
+  static void run(Self& self, Conversation& conversation, const std::string& peer) {
+    bool closed = false;
+    if constexpr (requires { self.process_request(conversation, peer, 0, peer, 0, true, closed, nullptr); }) {
+      self.process_request(conversation, peer, 0, peer, 0, true, closed, nullptr);
+    } else {
+      self.process_request(conversation, true, closed, nullptr);
     }
-    return BodyClaim{true, std::nullopt};
   }
-  if (lengths == 0) return BodyClaim{};
-  const std::string text = in.get_header_value("Content-Length");
-  const bool digits = !text.empty() && text.size() <= 18 &&
-                      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
-  if (!digits) return invalid_input("Content-Length is not a number");
-  const std::uint64_t length = std::stoull(text);
-  return BodyClaim{length > 0, length};
-}
+};
 
-bool is_identity(const httplib::Request& in) {
-  const std::string encoding = lower_type(in.get_header_value("Content-Encoding"));
-  return encoding.empty() || encoding == "identity";
-}
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-Response too_large(std::uint64_t limit) {
-  return problem(413, "limit_exceeded", "the body is larger than " + std::to_string(limit) + " bytes");
-}
-
-/// Why a body is refused before any of it is read, if it is.
-std::optional<Response> refuse_body(const httplib::Request& in, const Route& route, const BodyClaim& claim) {
-  if (!is_identity(in)) return problem(415, "unsupported", "bodies must not have a Content-Encoding");
-  if (route.body_types.empty()) return std::nullopt;
-  const std::string type = lower_type(in.get_header_value("Content-Type"));
-  if (std::find(route.body_types.begin(), route.body_types.end(), type) == route.body_types.end()) {
-    std::string accepted;
-    for (const std::string& name : route.body_types) accepted += (accepted.empty() ? "" : ", ") + name;
-    return problem(415, "unsupported", "the Content-Type must be one of: " + accepted);
+/// The client's own X-Request-Id where it is harmless, else a new one.
+std::string request_id(const Arrival& arrival) {
+  const Head* head = std::get_if<Head>(&arrival.head);
+  const std::string given = head != nullptr ? head->field("x-request-id") : std::string();
+  const bool harmless = !given.empty() && given.size() <= kMaxId && std::all_of(given.begin(), given.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.';
+  });
+  if (harmless) return given;
+  thread_local std::mt19937_64 random{std::random_device{}()};
+  static constexpr char kDigits[] = "0123456789abcdef";
+  std::string id(16, '0');
+  std::uint64_t bits = random();
+  for (char& digit : id) {
+    digit = kDigits[bits & 15];
+    bits >>= 4;
   }
-  if (!claim.present) return problem(411, "invalid_input", "the request has no body");
-  if (claim.length && *claim.length > route.max_body_bytes) return too_large(route.max_body_bytes);
-  return std::nullopt;
-}
-
-void write_headers(const Response& from, httplib::Response& out) {
-  out.status = from.status;
-  for (const auto& [name, value] : kSecurityHeaders) out.set_header(name, value);
-  for (const auto& [name, value] : from.headers) out.set_header(name, value);
-}
-
-/// Bodies leave through content providers in slices: memory stays small for slow readers, and the library
-/// never compresses them, so that a strong ETag names exactly these bytes.
-void write_bytes(const SharedBytes& bytes, const std::string& type, const Slot& slot, httplib::Response& out) {
-  if (bytes->empty()) {
-    if (!type.empty()) out.set_content(std::string(), type);
-    return;
-  }
-  out.set_content_provider(bytes->size(), type,
-                           [bytes, slot](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-                             if (offset >= bytes->size()) return false;
-                             const std::size_t n = std::min({length, kSliceBytes, bytes->size() - offset});
-                             return sink.write(reinterpret_cast<const char*>(bytes->data()) + offset, n);
-                           });
+  return id;
 }
 
 SharedBytes to_bytes(const std::string& text) {
@@ -129,10 +154,28 @@ SharedBytes to_bytes(const std::string& text) {
   return std::make_shared<const std::vector<std::byte>>(begin, begin + text.size());
 }
 
-void write_stream(Pieces pieces, const std::string& type, const Slot& slot, std::stop_token stop,
-                  httplib::Response& out) {
-  out.set_chunked_content_provider(type, [pieces, slot, stop](std::size_t, httplib::DataSink& sink) {
+/// Bodies leave in slices, by content providers, which the library never compresses: a strong ETag names exactly
+/// these bytes. The seat is kept until the last byte has left.
+void write_bytes(const SharedBytes& bytes, const std::string& type, const std::shared_ptr<void>& seat,
+                 httplib::Response& out) {
+  if (bytes->empty()) {
+    if (!type.empty()) out.set_content(std::string(), type);
+    return;
+  }
+  out.set_content_provider(bytes->size(), type,
+                           [bytes, seat](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+                             if (offset >= bytes->size()) return false;
+                             const std::size_t n = std::min({length, kSliceBytes, bytes->size() - offset});
+                             return sink.write(reinterpret_cast<const char*>(bytes->data()) + offset, n);
+                           });
+}
+
+void write_stream(Pieces pieces, const std::string& type, const std::shared_ptr<void>& seat, Conversation& conversation,
+                  const std::stop_token& stop, bool http10, httplib::Response& out) {
+  conversation.become_stream();
+  const auto provider = [pieces = std::move(pieces), seat, &conversation, stop](std::size_t, httplib::DataSink& sink) {
     try {  // what leaves a provider ends the process
+      if (conversation.peer_gone()) return false;
       const std::optional<std::string> piece = stop.stop_requested() ? std::nullopt : pieces();
       if (!piece) {
         sink.done();
@@ -142,247 +185,125 @@ void write_stream(Pieces pieces, const std::string& type, const Slot& slot, std:
     } catch (const std::exception&) {
       return false;
     }
-  });
+  };
+  if (http10) {
+    out.set_content_provider(type, provider);  // ends with the connection
+  } else {
+    out.set_chunked_content_provider(type, provider);
+  }
 }
 
 }  // namespace
 
 struct HttpServer::State {
-  State(const HttpOptions& o, std::vector<Route> r, StaticFiles f, RequestCounts& c)
-      : options(o), routes(std::move(r)), files(std::move(f)), counts(c) {}
+  State(const HttpOptions& options, std::vector<Route> routes, StaticFiles files, RequestCounts& c)
+      : counts(c),
+        reception(options.seats, std::move(routes), std::move(files), c),
+        crew(static_cast<std::size_t>(options.seats.streams + options.seats.uploads + options.seats.requests + kSpareThreads)) {}
 
-  void configure();
-  Status bind();
-  void answer(const httplib::Request& in, httplib::Response& out, const httplib::ContentReader* reader);
-  Response dispatch(const httplib::Request& in, const httplib::ContentReader* reader, std::string& route,
-                    Slot& slot);
-  Response run(const Route& route, Request request, const httplib::Request& in,
-               const httplib::ContentReader* reader);
-  /// Returns why the request is refused, by `refusal` or its body.
-  std::optional<Response> read_body(const Route& route, const httplib::Request& in,
-                                    const httplib::ContentReader* reader, std::optional<Response> refusal,
-                                    std::vector<std::byte>& body);
-  Slot take_slot(bool waits);
-  void write(const Response& from, const Slot& slot, httplib::Response& out);
+  bool enter(Arrival&& arrival);
+  void serve(Arrival& arrival);
+  void answer(Arrival& arrival, const httplib::Request& in, Conversation& conversation, httplib::Response& out,
+              LogLine& line);
 
-  const HttpOptions options;
-  const std::vector<Route> routes;
-  const StaticFiles files;
   RequestCounts& counts;
-  std::atomic<int> open_streams{0};
-  std::atomic<int> open_requests{0};
+  Reception reception;
+  Crew crew;
   std::stop_source stopping;
-  socket_t listening = -1;
-  int port = 0;
-  httplib::Server server;
-  std::thread thread;
+  std::unique_ptr<Doorman> doorman;
 };
 
-void HttpServer::State::configure() {
-  const int threads = options.max_streams + options.max_requests + kSpareThreads;
-  server.new_task_queue = [threads] { return new httplib::ThreadPool(static_cast<std::size_t>(threads)); };
-  server.set_keep_alive_max_count(1);
-  server.set_keep_alive_timeout(kFirstByteSeconds);
-  server.set_read_timeout(kReadSeconds, 0);
-  server.set_write_timeout(kWriteSeconds, 0);
-  server.set_tcp_nodelay(true);
-  // The library's own choice is SO_REUSEPORT, by which two services would share a port unnoticed.
-  server.set_socket_options([this](socket_t socket) {
-    const int yes = 1;
-    setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    listening = socket;
-  });
-  using Next = httplib::Server::HandlerResponse;
-  server.set_pre_routing_handler([this](const httplib::Request& in, httplib::Response& out) {
-    // Ranges are optional in HTTP, and the library's handling of several is a gift to attackers. The request
-    // is its own mutable local.
-    const_cast<httplib::Request&>(in).ranges.clear();
-    const bool plain_path = in.path.size() <= kMaxPath && in.path.find('\n') == std::string::npos &&
-                            in.path.find('\r') == std::string::npos;
-    if (in.method == "POST" && plain_path) return Next::Unhandled;  // only a content reader may read bodies
-    answer(in, out, nullptr);
-    return Next::Handled;
-  });
-  server.Post(".*", [this](const httplib::Request& in, httplib::Response& out,
-                           const httplib::ContentReader& reader) { answer(in, out, &reader); });
-  // A client that asks before it sends hears a refusal without sending.
-  server.set_expect_100_continue_handler([this](const httplib::Request& in, httplib::Response& out) {
-    for (const Route& route : routes) {
-      if (route.method != in.method || !match_path(route.pattern, in.path)) continue;
-      const Result<BodyClaim> claim = claimed_body(in);
-      const auto refusal =
-          claim ? refuse_body(in, route, *claim) : problem(400, "invalid_request", claim.error().message);
-      if (!refusal) return 100;
-      write(*refusal, nullptr, out);
-      return refusal->status;
-    }
-    return 100;
-  });
-  server.set_exception_handler([this](const httplib::Request&, httplib::Response& out, std::exception_ptr) {
-    write(problem(500, "internal", "the request could not be handled"), nullptr, out);
-  });
-  server.set_error_handler([this](const httplib::Request&, httplib::Response& out) {
-    if (out.has_header("Content-Type")) return;  // ours; what is left are the library's own refusals
-    const int status = out.status;
-    write(problem(status, "invalid_request", "the request is malformed or not supported"), nullptr, out);
-  });
+bool HttpServer::State::enter(Arrival&& arrival) {
+  const auto taken = std::make_shared<Arrival>(std::move(arrival));
+  if (crew.start([this, taken] { serve(*taken); })) return true;
+  counts.answered({"other", "other", 503}, "too_many_threads", 0);
+  arrival = std::move(*taken);
+  return false;
 }
 
-Status HttpServer::State::bind() {
-  errno = 0;
-  const bool any = options.port == 0;
-  port = any ? server.bind_to_any_port(options.host) : options.port;
-  const bool bound = any ? port > 0 : server.bind_to_port(options.host, options.port);
-  if (!bound) {
-    const std::string reason = errno != 0 ? std::strerror(errno) : "the address cannot be used";
-    return Error{ErrorCode::io,
-                 "cannot listen on " + options.host + ":" + std::to_string(options.port) + ": " + reason, ""};
-  }
-  ::listen(listening, kBacklog);  // again: the library's backlog of 5 refuses bursts
-  return Done{};
-}
-
-Slot HttpServer::State::take_slot(bool waits) {
-  std::atomic<int>& open = waits ? open_streams : open_requests;
-  const int limit = waits ? options.max_streams : options.max_requests;
-  if (open.fetch_add(1) >= limit) {
-    open.fetch_sub(1);
-    counts.refused();
-    return nullptr;
-  }
-  if (waits) counts.streams_changed(1);
-  return Slot(&open, [this, waits](void* counter) {
-    if (waits) counts.streams_changed(-1);
-    static_cast<std::atomic<int>*>(counter)->fetch_sub(1);
-  });
-}
-
-void HttpServer::State::answer(const httplib::Request& in, httplib::Response& out,
-                               const httplib::ContentReader* reader) {
-  std::string route = "other";
-  Slot slot;
-  Response response;
+void HttpServer::State::serve(Arrival& arrival) {
   try {
-    response = dispatch(in, reader, route, slot);
-  } catch (const std::exception&) {  // out of memory and the like; the text is nobody's business
-    response = problem(500, "internal", "the request could not be handled");
+    const Clock::time_point begin = Clock::now();
+    const std::stop_token stop = stopping.get_token();
+    LogLine line(LogLevel::info, "request");
+    Conversation conversation(arrival, stop);
+    Exchange exchange([&](const httplib::Request& in, httplib::Response& out) { answer(arrival, in, conversation, out, line); });
+    exchange.run(conversation, arrival.peer);
+    line.with("bytes", conversation.written()).with("complete", !conversation.failed()).with("seconds", seconds_since(begin));
+  } catch (const std::exception& failure) {  // out of memory, outside any handler
+    counts.dropped("exception");
+    LogLine(LogLevel::error, "exception").with("what", failure.what());
   }
-  const bool known = in.method == "GET" || in.method == "HEAD" || in.method == "POST" || in.method == "DELETE";
-  counts.answered(known ? in.method : "other", route, response.status);
-  write(response, slot, out);
+  doorman->see_out(std::move(arrival.socket));
 }
 
-Response HttpServer::State::dispatch(const httplib::Request& in, const httplib::ContentReader* reader,
-                                     std::string& route_name, Slot& slot) {
-  if (in.path.size() > kMaxPath) return problem(414, "limit_exceeded", "the path is too long");
-  if (in.headers.size() > kMaxHeaders) return problem(431, "limit_exceeded", "too many header lines");
-  const std::string method = in.method == "HEAD" ? "GET" : in.method;
-  if (method != "GET" && lower_type(in.get_header_value("Sec-Fetch-Site")) == "cross-site") {
-    return problem(403, "forbidden", "other sites may not change anything here");
+void HttpServer::State::answer(Arrival& arrival, const httplib::Request& in, Conversation& conversation,
+                               httplib::Response& out, LogLine& line) {
+  const Clock::time_point begin = Clock::now();
+  const std::string id = request_id(arrival);
+  // What the library itself cannot read it has given a status.
+  if (out.status >= 400) arrival.head = BadHead{400, "the request is malformed"};
+  Served served;
+  try {
+    served = reception.answer(arrival, in.path, in.params, id, stopping.get_token());
+  } catch (const std::exception& failure) {  // out of memory and the like; the text is no client's business
+    LogLine(LogLevel::error, "exception").with("request", id).with("what", failure.what());
+    served.response = problem(500, "internal", "the request could not be handled");
   }
-  std::string allowed;
-  for (const Route& route : routes) {
-    auto captures = match_path(route.pattern, in.path);
-    if (!captures) continue;
-    if (route.method != method) {
-      allowed += (allowed.empty() ? "" : ", ") + route.method;
-      continue;
-    }
-    route_name = route.pattern;
-    slot = take_slot(route.streams || in.has_param("wait"));
-    if (!slot) return problem(503, "overloaded", "too many requests at once; try again");
-    Request request;
-    request.captures = std::move(*captures);
-    return run(route, std::move(request), in, reader);
+  const Response& response = served.response;
+  const Head* head = std::get_if<Head>(&arrival.head);
+  const std::string method = head != nullptr ? head->method : "other";
+  counts.answered({method, served.route, response.status}, response.refusal, seconds_since(begin));
+  line.with("request", id).with("peer", arrival.peer).with("method", method).with("route", served.route);
+  if (head != nullptr) line.with("path", in.path);  // without the query, which is the client's own
+  line.with("status", response.status);
+  if (!response.refusal.empty()) line.with("refusal", response.refusal);
+  out.status = response.status;
+  out.set_header("X-Request-Id", id);
+  for (const auto& [name, value] : kSecurityHeaders) out.set_header(name, value);
+  for (const auto& [name, value] : response.headers) {
+    out.set_header(name, value);
+    if (name == "Location") line.with("location", value);  // says which job a request made
   }
-  if (const Response* file = files.find(in.path); file != nullptr && method == "GET") {
-    route_name = "/";
-    slot = take_slot(false);
-    return slot ? *file : problem(503, "overloaded", "too many requests at once; try again");
-  }
-  if (allowed.empty()) return problem(404, "not_found", "there is nothing at this path");
-  Response refusal = problem(405, "method_not_allowed", "this path takes only: " + allowed);
-  refusal.headers.emplace_back("Allow", allowed);
-  return refusal;
-}
-
-Response HttpServer::State::run(const Route& route, Request request, const httplib::Request& in,
-                                const httplib::ContentReader* reader) {
-  request.method = route.method;
-  request.path = in.path;
-  request.query.insert(in.params.begin(), in.params.end());
-  request.content_type = lower_type(in.get_header_value("Content-Type"));
-  for (const auto& [name, value] : in.headers) request.headers.emplace(lower(name), value);
-  request.peer = in.remote_addr;
-  request.stop = stopping.get_token();
-  std::optional<Response> refusal = route.admit(request);
-  if ((refusal = read_body(route, in, reader, std::move(refusal), request.body))) return std::move(*refusal);
-  return route.handler(request);
-}
-
-std::optional<Response> HttpServer::State::read_body(const Route& route, const httplib::Request& in,
-                                                     const httplib::ContentReader* reader,
-                                                     std::optional<Response> refusal,
-                                                     std::vector<std::byte>& body) {
-  if (reader == nullptr) return refusal;
-  const Result<BodyClaim> claim = claimed_body(in);
-  if (!claim) return problem(400, "invalid_request", claim.error().message);
-  if (!refusal) refusal = refuse_body(in, route, *claim);
-  if (!claim->present || !is_identity(in) || in.is_multipart_form_data()) return refusal;
-  // A refused body is still read, up to a point: closing on unread bytes would reset the connection before the
-  // client sees why.
-  const std::uint64_t limit = route.body_types.empty() ? kMaxIgnoredBody : route.max_body_bytes;
-  const bool wanted = !refusal && !route.body_types.empty();
-  if (wanted && claim->length) body.reserve(*claim->length);
-  std::uint64_t total = 0;
-  const bool complete = (*reader)([&](const char* data, std::size_t size) {
-    total += size;
-    if (total > limit && !refusal) {
-      refusal = too_large(limit);
-      body = {};
-    }
-    if (refusal) return total <= limit + kMaxDrain;
-    if (!wanted) return true;
-    const auto* begin = reinterpret_cast<const std::byte*>(data);
-    body.insert(body.end(), begin, begin + size);
-    return true;
-  });
-  if (refusal) return refusal;
-  if (!complete) return problem(400, "invalid_request", "the body ended early or took too long");
-  return std::nullopt;
-}
-
-void HttpServer::State::write(const Response& from, const Slot& slot, httplib::Response& out) {
-  write_headers(from, out);
-  if (const auto* text = std::get_if<std::string>(&from.body)) {
-    write_bytes(to_bytes(*text), from.content_type, slot, out);
-  } else if (const auto* bytes = std::get_if<SharedBytes>(&from.body)) {
-    write_bytes(*bytes, from.content_type, slot, out);
+  if (const auto* text = std::get_if<std::string>(&response.body)) {
+    write_bytes(to_bytes(*text), response.content_type, served.seat, out);
+  } else if (const auto* bytes = std::get_if<SharedBytes>(&response.body)) {
+    write_bytes(*bytes, response.content_type, served.seat, out);
   } else {
-    write_stream(std::get<Pieces>(from.body), from.content_type, slot, stopping.get_token(), out);
+    write_stream(std::get<Pieces>(response.body), response.content_type, served.seat, conversation,
+                 stopping.get_token(), head != nullptr && head->http10, out);
   }
 }
 
 Result<std::unique_ptr<HttpServer>> HttpServer::start(const HttpOptions& options, std::vector<Route> routes,
                                                       StaticFiles files, RequestCounts& counts) {
   auto state = std::make_unique<State>(options, std::move(routes), std::move(files), counts);
-  state->configure();
-  if (const Status bound = state->bind(); !bound) return bound.error();
-  state->thread = std::thread([raw = state.get()] { raw->server.listen_after_bind(); });
-  // stop() has no effect before the loop runs; connections are accepted already.
-  while (!state->server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  DoormanOptions door;
+  door.host = options.host;
+  door.port = options.port;
+  door.patience = options.patience;
+  Result<std::unique_ptr<Doorman>> doorman = Doorman::open(door);
+  if (!doorman) return doorman.error();
+  state->doorman = std::move(*doorman);
+  Doorman::Calls calls;
+  calls.enter = [raw = state.get()](Arrival&& arrival) { return raw->enter(std::move(arrival)); };
+  calls.lost = [&counts](Doorman::Loss loss) {
+    constexpr const char* kReasons[] = {"slow", "crowded", "descriptors"};
+    counts.dropped(kReasons[static_cast<int>(loss)]);
+  };
+  state->doorman->begin(std::move(calls));
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(state)));
 }
 
 HttpServer::HttpServer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 HttpServer::~HttpServer() { stop(); }
 
-int HttpServer::port() const { return state_->port; }
+int HttpServer::port() const { return state_->doorman->port(); }
 
 void HttpServer::stop() {
   state_->stopping.request_stop();
-  state_->server.stop();
-  if (state_->thread.joinable()) state_->thread.join();
+  state_->doorman->close();
+  state_->crew.stop();
 }
 
 }  // namespace photond

@@ -1,12 +1,13 @@
 #pragma once
 
-#include <cstdint>
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/base/result.h"
 #include "server/api/request_counts.h"
+#include "server/http/reception.h"
 #include "server/http/route_table.h"
 #include "server/http/static_files.h"
 
@@ -14,14 +15,13 @@ namespace photond {
 
 struct HttpOptions {
   std::string host = "127.0.0.1";
-  int port = 0;           ///< 0: any free port
-  int max_streams = 256;  ///< endless bodies and long polls at once
-  int max_requests = 64;  ///< other requests at once
+  int port = 0;  ///< 0: any free port
+  Seats seats;
+  std::chrono::milliseconds patience{10'000};  ///< for a request's head to arrive
 };
 
-/// HTTP/1.1 by cpp-httplib: sockets, threads, sizes, headers. Knows routes only as a table, and answers what
-/// is not in it from the files of the web client. One request per connection: an unread body can then never be
-/// taken for the next request, and no idle connection holds a thread for long.
+/// HTTP/1.1: a doorman, a reception, a crew of threads, and cpp-httplib between them. Knows routes only as a table,
+/// and answers what is not in it from the files of the web client. One request per connection.
 class HttpServer {
  public:
   /// Binds and serves. `counts` must outlive the server. Errors: io where the port cannot be had.

@@ -4,16 +4,25 @@
 #include <set>
 #include <utility>
 
+#include "server/jobs/job.h"
+#include "server/log.h"
+
 namespace photond {
 
-Status EventLog::add(JobRecord& job, Event event) { return note(store_.add_job(job, std::move(event))); }
+Status EventLog::add(JobRecord& job, Event event) { return note(job, store_.add_job(job, std::move(event))); }
 
 Status EventLog::update(const JobRecord& job, Event event) {
-  return note(store_.update_job(job, std::move(event)));
+  return note(job, store_.update_job(job, std::move(event)));
 }
 
-Status EventLog::note(const Result<Event>& stored) {
+Status EventLog::note(const JobRecord& job, const Result<Event>& stored) {
   if (!stored) return stored.error();
+  if (stored->kind == EventKind::state) {
+    counts_.moved(job);
+    LogLine line(LogLevel::info, "job");
+    line.with("job", job.id).with("state", state_name(job.state)).with("passes", job.passes);
+    if (job.failure) line.with("failure", job.failure->message);
+  }
   {
     const std::lock_guard lock(mutex_);
     newest_ = std::max(newest_, stored->id);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "server/jobs/job_counts.h"
 #include "server/store/store.h"
 
 namespace photond {
@@ -21,6 +22,8 @@ class EventLog {
   Status add(JobRecord& job, Event event);
   Status update(const JobRecord& job, Event event);
 
+  JobCounts::Snapshot counts() const { return counts_.snapshot(); }
+
   /// The id of the newest event of all jobs; 0 before the first.
   std::uint64_t newest() const;
   /// Waits until `newest()` exceeds `seen`; false after `timeout` or a stop.
@@ -30,12 +33,13 @@ class EventLog {
   std::vector<Event> read_after(std::uint64_t after, const std::string& job) const;
 
  private:
-  Status note(const Result<Event>& stored);
+  Status note(const JobRecord& job, const Result<Event>& stored);
 
   Store& store_;
   mutable std::mutex mutex_;
   mutable std::condition_variable_any changed_;
   std::uint64_t newest_ = 0;
+  JobCounts counts_;
 };
 
 }  // namespace photond

@@ -132,7 +132,7 @@ TEST_F(ServiceTest, MoreStreamsThanAdvertisedAreRefused) {
   EXPECT_EQ(refused.headers.count("retry-after"), 1u);
   EXPECT_EQ(get(port_, "/v1/jobs?wait=5").status, 503) << "a long poll takes a stream's place";
   EXPECT_EQ(get(port_, "/healthz").status, 200);
-  EXPECT_NE(get(port_, "/metrics").body.find("photond_refusals_total 2\n"), std::string::npos);
+  EXPECT_NE(get(port_, "/metrics").body.find("photond_refusals_total{reason=\"too_many_streams\"} 2\n"), std::string::npos);
 }
 
 TEST_F(ServiceTest, AReaderThatDoesNotReadDelaysNobody) {

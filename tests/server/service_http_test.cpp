@@ -70,7 +70,7 @@ TEST_F(ServiceTest, UnknownPathsAndMethodsAreProblems) {
   EXPECT_EQ(method.headers.at("allow"), "POST, GET");
   EXPECT_EQ(request(port_, "PUT", "/v1/jobs", "{}", "application/json").status, 405);
   EXPECT_EQ(get(port_, "/" + std::string(2000, 'a')).status, 414);
-  EXPECT_EQ(get(port_, "/v1/jobs%0d%0aX:%20y").status, 404);
+  EXPECT_EQ(get(port_, "/v1/jobs%0d%0aX:%20y").status, 400);
   EXPECT_EQ(send_raw(port_, "NONSENSE\r\n\r\n").status, 400);
   EXPECT_EQ(request(port_, "POST", "/v1/jobs/x/cancel", "", "", {{"Sec-Fetch-Site", "cross-site"}}).status,
             403);
@@ -81,6 +81,7 @@ TEST_F(ServiceTest, UnknownPathsAndMethodsAreProblems) {
 TEST_F(ServiceTest, BodiesAreLimitedHoweverTheyAreSent) {
   ServiceOptions options;
   options.max_upload_bytes = 100'000;
+  options.patience = 300ms;
   start(options);
   const std::string big(200'000, 'x');
   EXPECT_EQ(request(port_, "POST", "/v1/scenes", big, "model/gltf-binary").status, 413);
@@ -94,7 +95,7 @@ TEST_F(ServiceTest, BodiesAreLimitedHoweverTheyAreSent) {
   EXPECT_EQ(send_raw(port_, upload_head(length + length) + body).status, 400);
   EXPECT_EQ(send_raw(port_, upload_head("Content-Length: ten\r\n") + body).status, 400);
   EXPECT_EQ(send_raw(port_, upload_head("")).status, 411);
-  EXPECT_EQ(send_raw(port_, upload_head(length)).status, 400) << "the body never comes";
+  EXPECT_EQ(send_raw(port_, upload_head(length)).status, 408) << "the body never comes";
   EXPECT_EQ(request(port_, "POST", "/v1/scenes", "--b\r\n\r\n--b--", "multipart/form-data; boundary=b").status,
             415);
   const std::string first_asks = upload_head("Content-Length: 200000\r\nExpect: 100-continue\r\n");
@@ -144,7 +145,7 @@ TEST_F(ServiceTest, TheWebClientIsServedAndNothingElse) {
   EXPECT_NE(page.headers.at("content-security-policy").find("default-src 'self'"), std::string::npos);
   EXPECT_EQ(get(port_, "/assets/a.js").headers.at("content-type"), "text/javascript; charset=utf-8");
   for (const char* path : {"/../secret", "/%2e%2e/secret", "/assets/..%2f..%2fsecret", "/assets//..//../secret",
-                           "//etc/passwd", "/assets/%00", "/..%5csecret", "/assets/"}) {
+                           "//etc/passwd", "/..%5csecret", "/assets/"}) {
     const Reply reply = get(port_, path);
     EXPECT_EQ(reply.status, 404) << path;
     EXPECT_EQ(reply.body.find("secret\""), std::string::npos) << path;
