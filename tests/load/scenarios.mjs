@@ -1,0 +1,197 @@
+// Each scenario has a photond of its own, rendering on all cores unless it says otherwise.
+import { connect } from 'node:net';
+import { Viewer, call, json, submit } from './client.mjs';
+import { median, quantile, sleep } from './figures.mjs';
+
+const busy_job = { film: { width: 512, height: 512 }, method: 'path', stop: { seconds: 3600 } };
+
+async function start_rendering(port) {
+  const reply = await submit(port, busy_job);
+  if (reply.status !== 202) throw new Error(`the job was refused: ${reply.body}`);
+  const id = json(reply).id;
+  while (json(await call(port, 'GET', `/v1/jobs/${id}`)).passes < 1) await sleep(50);
+  return id;
+}
+
+/** Times of /healthz, asked one after the other every 20 ms. */
+async function health_times(port, seconds) {
+  const times = [];
+  const end = performance.now() + seconds * 1000;
+  while (performance.now() < end) {
+    const reply = await call(port, 'GET', '/healthz');
+    if (reply.status !== 200) throw new Error(`/healthz answered ${reply.status}`);
+    times.push(reply.ms);
+    await sleep(20);
+  }
+  return times;
+}
+
+/** A client that sends a byte a second of a request that never ends, and comes back when it is shown out. */
+class Dawdler {
+  constructor(port, begin) {
+    this.open = () => {
+      this.socket = connect(port, '127.0.0.1', () => this.socket.write(begin));
+      this.socket.on('error', () => {});
+      this.socket.on('data', () => {});
+      this.socket.on('close', () => !this.done && this.open());
+    };
+    this.open();
+    this.timer = setInterval(() => this.socket.write('a'), 1000);
+  }
+  stop() {
+    this.done = true;
+    clearInterval(this.timer);
+    this.socket.destroy();
+  }
+}
+
+export async function slow_loris({ start, figures, seconds }) {
+  const server = await start();
+  await start_rendering(server.port);
+  const idle = await health_times(server.port, seconds / 2);
+  figures.note('/healthz p99 while rendering, otherwise idle', `${quantile(idle, 0.99).toFixed(2)} ms`);
+  const begins = [
+    'GET /healthz HTTP/1.1\r\nX: ',
+    'POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: 60000\r\n\r\n{',
+    'POST /v1/scenes HTTP/1.1\r\nHost: x\r\nContent-Type: model/gltf-binary\r\nContent-Length: 9000000\r\n\r\n',
+  ];
+  const crowd = Array.from({ length: 500 }, (_, i) => new Dawdler(server.port, begins[i % 3]));
+  await sleep(1000);
+  const times = await health_times(server.port, seconds);
+  crowd.forEach((one) => one.stop());
+  figures.below('/healthz p99 under 500 slow-loris clients', quantile(times, 0.99), 20, ' ms');
+  await server.stop();
+}
+
+export async function viewers({ start, figures, seconds }) {
+  const server = await start(['--max-streams', '600']);
+  const id = await start_rendering(server.port);
+  const late = [];
+  const hear = (event, now) => late.push(now - Date.parse(event.time));
+  const crowd = Array.from({ length: 512 }, (_, i) => new Viewer(server.port, i % 2 ? '/v1/events' : `/v1/jobs/${id}/events`, hear));
+  await Promise.all(crowd.map((one) => one.opened));
+  late.length = 0; // what was replayed at the beginning is old
+  await sleep(seconds * 1000);
+  figures.exactly('viewers served of 512', crowd.filter((one) => one.status === 200).length, 512);
+  figures.note('events heard', late.length);
+  figures.below('event p99 of 512 viewers', quantile(late, 0.99), 250, ' ms');
+  crowd.forEach((one) => one.close());
+  await server.stop();
+}
+
+export async function frames({ start, figures, seconds }) {
+  const server = await start();
+  const id = await start_rendering(server.port);
+  const times = [];
+  const fetches = [];
+  const crowd = Array.from({ length: 16 }, () => new Viewer(server.port, `/v1/jobs/${id}/events`, (event) => {
+    if (event.name !== 'frame') return;
+    fetches.push(call(server.port, 'GET', `/v1/jobs/${id}/frames/${event.revision}.jpg`).then((reply) => {
+      if (reply.status === 200) times.push(Date.now() - Date.parse(event.time));
+    }));
+  }));
+  await Promise.all(crowd.map((one) => one.opened));
+  await Promise.all(fetches);
+  times.length = 0;
+  await sleep(2 * seconds * 1000);
+  await Promise.all(fetches);
+  crowd.forEach((one) => one.close());
+  figures.note('pictures fetched', times.length);
+  figures.below('frame published to JPEG at the client, p95 of 16 viewers', quantile(times, 0.95), 300, ' ms');
+  await server.stop();
+}
+
+export async function cancel({ start, figures }) {
+  const server = await start();
+  const used = [];
+  for (const method of ['path', 'progressive', 'photon_map']) {
+    const reply = await submit(server.port, { film: { width: 1920, height: 1080 }, method, stop: { seconds: 600 } });
+    await sleep(700);
+    await call(server.port, 'POST', `/v1/jobs/${json(reply).id}/cancel`);
+    await sleep(1000);
+    const before = await server.cpu_seconds();
+    await sleep(1000);
+    used.push((await server.cpu_seconds()) - before);
+  }
+  figures.below('processor seconds in the second after a cancelled job\'s first, worst of 3 methods', Math.max(...used), 0.05, ' s');
+  await server.stop();
+}
+
+/** `count` posts at `rate` a second, whatever becomes of them; resolves to the replies. */
+async function flood_of(port, count, rate, post) {
+  const begin = performance.now();
+  const replies = [];
+  for (let i = 0; i < count; ++i) {
+    const wait = begin + (i * 1000) / rate - performance.now();
+    if (wait > 1) await sleep(wait);
+    replies.push(post(i).catch((error) => ({ status: 0, error, ms: Infinity, headers: {} })));
+  }
+  return Promise.all(replies);
+}
+
+export async function flood({ start, figures, flood_count }) {
+  const server = await start();
+  await start_rendering(server.port);
+  const scene = json(await call(server.port, 'GET', '/v1/scenes')).scenes.find((one) => one.name === 'cornell_box').id;
+  const body = { scene, film: { width: 64, height: 64 }, method: 'path', stop: { seconds: 600 } };
+  const replies = await flood_of(server.port, flood_count, 500, () => call(server.port, 'POST', '/v1/jobs', { body }));
+  const counts = {};
+  for (const reply of replies) counts[reply.status] = (counts[reply.status] ?? 0) + 1;
+  figures.note(`answers to ${flood_count} job posts at 500/s`, JSON.stringify(counts));
+  const polite = replies.filter((reply) => reply.status === 202 || ([429, 503].includes(reply.status) && reply.headers['retry-after']));
+  figures.exactly('of these accepted or refused with Retry-After', polite.length, flood_count);
+  figures.below('answer p99', quantile(replies.map((reply) => reply.ms), 0.99), 50, ' ms');
+  await server.stop();
+}
+
+/** One round of everything that clients do. */
+async function round_of(port) {
+  const reply = await submit(port, { film: { width: 64, height: 64 }, stop: { passes: 8 } });
+  if (reply.status !== 202) return;
+  const id = json(reply).id;
+  const viewer = new Viewer(port, `/v1/jobs/${id}/events`, () => {});
+  await call(port, 'GET', `/v1/jobs/${id}/frames/latest.png?wait=20`);
+  if (Math.random() < 0.3) await call(port, 'POST', `/v1/jobs/${id}/cancel`);
+  await call(port, 'GET', `/v1/jobs/${id}/frames/latest.exr`);
+  await call(port, 'GET', '/metrics');
+  viewer.close();
+  let state = '';
+  while (!['succeeded', 'failed', 'canceled'].includes(state)) {
+    state = json(await call(port, 'GET', `/v1/jobs/${id}`)).state;
+    await sleep(50);
+  }
+  await call(port, 'DELETE', `/v1/jobs/${id}`);
+}
+
+export async function soak({ start, figures, soak_seconds }) {
+  const server = await start(['--map-cache-mb', '64']);
+  await round_of(server.port);
+  await sleep(6000); // clients are shown out within 5 s
+  const files_before = await server.descriptors();
+  const end = performance.now() + soak_seconds * 1000;
+  let rounds = 0;
+  const worker = async () => {
+    while (performance.now() < end) {
+      await round_of(server.port);
+      ++rounds;
+    }
+  };
+  const samples = [];
+  const workers = Array.from({ length: 4 }, worker);
+  while (performance.now() < end) {
+    await sleep(1000);
+    samples.push({ bytes: await server.resident_bytes(), files: await server.descriptors() });
+  }
+  await Promise.all(workers);
+  const part = (from, to) => samples.slice(Math.floor(samples.length * from), Math.floor(samples.length * to));
+  const early = part(0.25, 0.5); // the first quarter fills the caches
+  const late = part(0.75, 1);
+  const grown = (key) => median(late.map((one) => one[key])) - median(early.map((one) => one[key]));
+  figures.note(`soak of ${soak_seconds} s: rounds`, rounds);
+  figures.note('resident memory at its end', `${(late.at(-1).bytes / 2 ** 20).toFixed(0)} MiB`);
+  figures.below('growth of resident memory, second quarter to last', grown('bytes') / 2 ** 20, 16, ' MiB');
+  figures.below('growth of open descriptors, second quarter to last', grown('files'), 8);
+  await sleep(6000);
+  figures.below('descriptors left open when all have gone', (await server.descriptors()) - files_before, 8);
+  await server.stop();
+}
