@@ -18,6 +18,7 @@ Result<std::shared_ptr<const GatherGuide>> make_gather_guide(const PreparedScene
   if (!maps) return maps.error();
   const float growth = static_cast<float>(photons.photons_per_pass) / static_cast<float>(pilot.photons_per_pass);
   auto guide = std::make_shared<GatherGuide>();
+  guide->pilot = *maps;
   guide->global = Bandwidth(*maps, &(*maps)->global, growth, execution);
   guide->caustic = Bandwidth(*maps, &(*maps)->caustic, growth, execution);
   guide->edges = Edges(scene.scene);

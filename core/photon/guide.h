@@ -11,6 +11,7 @@ namespace photond {
 /// What photon gathers of all passes and cameras have in common: how dense the photons of a pass lie, and where
 /// surfaces end.
 struct GatherGuide {
+  std::shared_ptr<const PhotonMaps> pilot;   ///< whose densities these are
   Bandwidth global;
   Bandwidth caustic;
   Edges edges;

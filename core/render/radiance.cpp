@@ -201,7 +201,6 @@ class RadianceWalk {
 
   // Light that photons bring to the gathered lobes, and how it is shared with a path that goes on.
   Merge add_indirect(const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes) {
-    const PhotonMaps& maps = *settings_.maps;
     const LobeMask mask = lobes.gathered;
     switch (settings_.technique) {
       case Technique::trace:
@@ -209,15 +208,15 @@ class RadianceWalk {
       case Technique::merge:
         return add_caustic(surface, bsdf, lobes);
       case Technique::density:
-        add_density(maps.global, guide().global, surface, bsdf, mask);
-        add_density(maps.caustic, guide().caustic, surface, bsdf, mask);
+        add_density(*settings_.global, guide().global, surface, bsdf, mask);
+        add_density(*settings_.caustic, guide().caustic, surface, bsdf, mask);
         break;
       case Technique::nearest:
-        radiance_ += path_.throughput * (estimate(maps.global, surface, bsdf, mask) +
-                                    estimate(maps.caustic, surface, bsdf, mask));
+        radiance_ += path_.throughput * (estimate(*settings_.global, surface, bsdf, mask) +
+                                    estimate(*settings_.caustic, surface, bsdf, mask));
         break;
       case Technique::final_gather:
-        radiance_ += path_.throughput * (estimate(maps.caustic, surface, bsdf, mask) + gather(surface, bsdf, mask));
+        radiance_ += path_.throughput * (estimate(*settings_.caustic, surface, bsdf, mask) + gather(surface, bsdf, mask));
         break;
     }
     return {};
@@ -226,20 +225,20 @@ class RadianceWalk {
   void add_density(const PhotonMap& map, const Bandwidth& bandwidth, const SurfacePoint& surface, const Bsdf& bsdf,
                    LobeMask mask) {
     if (map.size() == 0) return;
-    const float radius_sq = widest_radius_sq(surface, bandwidth);
+    const float radius_sq = widest_radius_sq(settings_, bandwidth, surface.position, path_.footprint);
     if (radius_sq > 0) add_scales(map, radius_sq, surface, bsdf, mask, {}, gathered_);
   }
 
   Merge add_caustic(const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes) {
-    const float widest_sq = widest_radius_sq(surface, guide().caustic);
+    const float widest_sq = widest_radius_sq(settings_, guide().caustic, surface.position, path_.footprint);
     if (!(widest_sq > 0)) return {kInfinity};
     // The radius that shares are reckoned with: in the middle of those that the picture may use.
     const float radius_sq = widest_sq / 16;
     Merge merge;
     if (scene_.lights.extended()) {
-      merge.per_etendue = lobes.gathered_share / (static_cast<float>(settings_.maps->emitted) * kPi * radius_sq);
+      merge.per_etendue = lobes.gathered_share / (static_cast<float>(settings_.emitted) * kPi * radius_sq);
     }
-    const PhotonMap& map = settings_.maps->caustic;
+    const PhotonMap& map = *settings_.caustic;
     if (map.size() == 0) return merge;
     if (!path_.scattered) {
       add_scales(map, widest_sq, surface, bsdf, lobes.gathered, merge, gathered_);
@@ -253,7 +252,7 @@ class RadianceWalk {
 
   void add_scales(const PhotonMap& map, float radius_sq, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask,
                   const Merge& merge, ScaleEstimate& sum) const {
-    const Rgb scale = path_.throughput / static_cast<float>(settings_.maps->emitted);
+    const Rgb scale = path_.throughput / static_cast<float>(settings_.emitted);
     const Reach reach(guide().edges, surface.position, surface.ng, std::sqrt(radius_sq));
     estimate_scales(map, surface, bsdf, mask, reach, radius_sq, scale, sum, merge);
   }
@@ -263,17 +262,6 @@ class RadianceWalk {
     return settings_.guide != nullptr ? *settings_.guide : kNone;
   }
 
-  // As asked; else enough photons for little noise within a pass, but no wider than the narrowest scale resolves
-  // footprints.
-  float widest_radius_sq(const SurfacePoint& surface, const Bandwidth& bandwidth) const {
-    static constexpr float kPhotons = 150;
-    static constexpr float kFootprints = 24;
-    if (settings_.radius_sq > 0) return settings_.radius_sq;
-    const float widest = kFootprints * path_.footprint;
-    const float dense = bandwidth.radius_sq(surface.position, kPhotons);
-    return settings_.shrink * (dense > 0 ? std::min(dense, widest * widest) : widest * widest);
-  }
-
   Rgb estimate(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) const {
     if (map.size() == 0) return Rgb(0);
     const float radius_sq = nearest_radius_sq(map, surface.position, settings_.nearest, settings_.radius_sq);
@@ -281,7 +269,7 @@ class RadianceWalk {
     const Reach reach(guide().edges, surface.position, surface.ng, std::sqrt(radius_sq));
     ScaleEstimate sum;
     estimate_scales(map, surface, bsdf, mask, reach, radius_sq, Rgb(1), sum);
-    return sum.widest / static_cast<float>(settings_.maps->emitted);
+    return sum.widest / static_cast<float>(settings_.emitted);
   }
 
   Rgb gather(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
@@ -369,6 +357,16 @@ class RadianceWalk {
 };
 
 }  // namespace
+
+float widest_radius_sq(const RadianceSettings& settings, const Bandwidth& bandwidth, const Vec3& position,
+                       float footprint) {
+  static constexpr float kPhotons = 150;
+  static constexpr float kFootprints = 24;
+  if (settings.radius_sq > 0) return settings.radius_sq;
+  const float widest = kFootprints * footprint;
+  const float dense = bandwidth.radius_sq(position, kPhotons);
+  return settings.shrink * (dense > 0 ? std::min(dense, widest * widest) : widest * widest);
+}
 
 RadianceSample estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, const Ray& ray,
                                  CameraSampler& sampler) {

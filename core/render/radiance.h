@@ -21,7 +21,9 @@ enum class Technique : std::uint8_t {
 /// What the radiance along a ray depends on beside the scene.
 struct RadianceSettings {
   Technique technique = Technique::trace;
-  const PhotonMaps* maps = nullptr;      ///< null for Technique::trace
+  const PhotonMap* global = nullptr;     ///< indirect light; null for Technique::trace and merge
+  const PhotonMap* caustic = nullptr;    ///< null for Technique::trace
+  std::uint32_t emitted = 1;             ///< paths whose photons the maps hold
   const GatherGuide* guide = nullptr;    ///< cuts kernels at edges; density, merge: chooses radii; null: neither
   float radius_sq = 0;                   ///< density, merge: widest, 0 for the guide's; nearest, final_gather: largest
   float shrink = 1;                      ///< density, merge: factor of the guide's radius², falling with the passes
@@ -30,6 +32,11 @@ struct RadianceSettings {
   std::uint32_t nearest = 64;            ///< k
   std::uint32_t max_depth = 65'536;      ///< bounces of a path
 };
+
+/// The squared widest radius of a gather at `position` by Technique::density or merge: as asked; else it holds enough
+/// photons for little noise within a pass, but is no wider than the narrowest scale resolves footprints.
+float widest_radius_sq(const RadianceSettings& settings, const Bandwidth& bandwidth, const Vec3& position,
+                       float footprint);
 
 /// An estimate of radiance in W·m⁻²·sr⁻¹.
 struct RadianceSample {
