@@ -1,27 +1,36 @@
 #pragma once
 
 #include <memory>
-#include <vector>
+#include <optional>
+#include <span>
 
+#include "core/base/large_array.h"
 #include "core/photon/photon_maps.h"
 
 namespace photond {
 
 /// The photon density of a small pilot map as a function of position: what chooses the radius of a gather, never the
-/// photons that are gathered. It belongs to the scene and the settings of the photons, not to a camera.
+/// photons that are gathered. It belongs to the scene and the seed, not to a camera.
 class Bandwidth {
  public:
   Bandwidth() = default;
-  /// `map` is one of `pilot`; `growth` is the number of paths of a pass over that of the pilot.
-  Bandwidth(std::shared_ptr<const PhotonMaps> pilot, const PhotonMap* map, float growth, const Execution& execution);
+  /// `map` is one of `pilot`.
+  Bandwidth(std::shared_ptr<const PhotonMaps> pilot, const PhotonMap* map, const Execution& execution);
+  /// With densities that were measured before, used where they lie. Nothing where their number is not the map's.
+  static std::optional<Bandwidth> over(std::shared_ptr<const PhotonMaps> pilot, const PhotonMap* map,
+                                       std::span<const float> densities, std::shared_ptr<const void> owner);
 
-  /// The squared radius that holds about `photons` photons of one pass; 0 where the pilot is too small to tell.
+  /// The squared radius that holds about `photons` photons of the pilot; 0 where the pilot is too small to tell.
   float radius_sq(const Vec3& point, float photons) const;
+
+  /// Photons per m² at each photon of the pilot; empty where the pilot is too small to tell.
+  std::span<const float> densities() const { return {density_.get(), count_}; }
 
  private:
   std::shared_ptr<const PhotonMaps> pilot_;   // keeps map_ alive
   const PhotonMap* map_ = nullptr;
-  std::vector<float> density_;   // photons per pass and m² at each photon of the pilot
+  std::uint32_t count_ = 0;
+  LargeArray<float> density_;
 };
 
 }  // namespace photond

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <span>
-#include <vector>
 
+#include "core/base/large_array.h"
 #include "core/base/parallel.h"
 #include "core/math/types.h"
 
@@ -35,7 +37,13 @@ class BoxTree {
   template <class LeafBounds>
   BoxTree(std::uint32_t leaves, const LeafBounds& bounds, const Execution& execution);
 
-  std::uint64_t memory_bytes() const { return nodes_.capacity() * sizeof(Node); }
+  /// Over nodes that such a tree of as many leaves has told; nothing where they are too few or too many.
+  static std::optional<BoxTree> over(std::uint32_t leaves, std::span<const std::byte> nodes,
+                                     std::shared_ptr<const void> owner);
+  /// All that is stored.
+  std::span<const std::byte> nodes() const { return std::as_bytes(std::span<const Node>(nodes_.get(), node_count_)); }
+
+  std::uint64_t memory_bytes() const { return node_count_ * sizeof(Node); }
 
   /// Calls visit(span of at most kBatch leaves) until every leaf that may hold a point with d² < radius_sq has been
   /// named exactly once.
@@ -56,9 +64,14 @@ class BoxTree {
   static constexpr std::uint32_t kMaxLevels = 11;
   // Each level leaves at most seven siblings behind.
   static constexpr std::uint32_t kStack = kMaxLevels * kWidth;
+  static std::uint32_t parents(std::uint32_t n) { return n / kWidth + (n % kWidth != 0 ? 1 : 0); }
+  // Sets all but the nodes.
+  void divide(std::uint32_t leaves);
+
   std::uint32_t levels_ = 0;
   std::array<std::uint32_t, kMaxLevels> begin_{};   // of each level in nodes_; level 0 holds the leaves' boxes
-  std::vector<Node> nodes_;
+  std::uint32_t node_count_ = 0;
+  LargeArray<Node> nodes_;
 };
 
 inline void BoxTree::Node::set(std::uint32_t child, const Bounds3& box) {
@@ -91,21 +104,33 @@ inline std::array<float, BoxTree::kWidth> BoxTree::Node::distances_sq(const Vec3
   return result;
 }
 
-template <class LeafBounds>
-BoxTree::BoxTree(std::uint32_t leaves, const LeafBounds& bounds, const Execution& execution) {
+inline void BoxTree::divide(std::uint32_t leaves) {
   if (leaves == 0) return;
-  const auto parents = [](std::uint32_t n) { return n / kWidth + (n % kWidth != 0 ? 1 : 0); };
-  std::uint32_t total = 0;
   std::uint32_t n = leaves;
   do {
     n = parents(n);
-    begin_[levels_++] = total;
-    total += n;
+    begin_[levels_++] = node_count_;
+    node_count_ += n;
   } while (n > 1);
-  nodes_.resize(total);
+}
+
+inline std::optional<BoxTree> BoxTree::over(std::uint32_t leaves, std::span<const std::byte> nodes,
+                                            std::shared_ptr<const void> owner) {
+  BoxTree tree;
+  tree.divide(leaves);
+  if (nodes.size() != tree.memory_bytes()) return std::nullopt;
+  const std::span<const Node> view(reinterpret_cast<const Node*>(nodes.data()), tree.node_count_);
+  tree.nodes_ = view_large_array(view, std::move(owner));
+  return tree;
+}
+
+template <class LeafBounds>
+BoxTree::BoxTree(std::uint32_t leaves, const LeafBounds& bounds, const Execution& execution) {
+  divide(leaves);
+  nodes_ = make_large_array<Node>(node_count_);
   std::uint32_t children = leaves;
   for (std::uint32_t level = 0; level < levels_; ++level) {
-    n = parents(children);
+    const std::uint32_t n = parents(children);
     parallel_for(execution, n, 256, [&](std::size_t i) {
       for (std::uint32_t c = 0; c < kWidth; ++c) {
         const auto child = static_cast<std::uint32_t>(i) * kWidth + c;

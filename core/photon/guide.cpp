@@ -1,5 +1,7 @@
 #include "core/photon/guide.h"
 
+#include <algorithm>
+
 namespace photond {
 
 namespace {
@@ -9,20 +11,31 @@ constexpr std::uint32_t kPilotPhotons = 32'768;    // an eighth of a default pas
 
 }  // namespace
 
-Result<std::shared_ptr<const GatherGuide>> make_gather_guide(const PreparedScene& scene,
-                                                             const PhotonSettings& photons,
-                                                             const Execution& execution) {
+MapKey guide_key(const Digest& scene, const PhotonSettings& photons) {
   PhotonSettings pilot = photons;
   pilot.photons_per_pass = std::min(photons.photons_per_pass, kPilotPhotons);
-  const auto maps = build_photon_maps(scene, {scene.digest, pilot, kPilotPass}, execution);
-  if (!maps) return maps.error();
-  const float growth = static_cast<float>(photons.photons_per_pass) / static_cast<float>(pilot.photons_per_pass);
+  return {scene, pilot, kPilotPass};
+}
+
+bool is_guide_key(const MapKey& key) { return key.pass == kPilotPass; }
+
+float pilot_share(const PhotonSettings& photons) {
+  return static_cast<float>(std::min(photons.photons_per_pass, kPilotPhotons)) /
+         static_cast<float>(photons.photons_per_pass);
+}
+
+Result<std::shared_ptr<const GatherGuide>> build_gather_guide(const PreparedScene& scene, const MapKey& key,
+                                                              const Execution& execution) {
+  const auto pilot = build_photon_maps(scene, key, execution);
+  if (!pilot) return pilot.error();
   auto guide = std::make_shared<GatherGuide>();
-  guide->pilot = *maps;
-  guide->global = Bandwidth(*maps, &(*maps)->global, growth, execution);
-  guide->caustic = Bandwidth(*maps, &(*maps)->caustic, growth, execution);
+  guide->pilot = *pilot;
+  guide->global = Bandwidth(*pilot, &(*pilot)->global, execution);
+  guide->caustic = Bandwidth(*pilot, &(*pilot)->caustic, execution);
   guide->edges = Edges(scene.scene);
   if (execution.cancelled()) return cancelled();
+  guide->memory_bytes = (*pilot)->memory_bytes + guide->global.densities().size_bytes() +
+                        guide->caustic.densities().size_bytes() + guide->edges.memory_bytes();
   return std::shared_ptr<const GatherGuide>(std::move(guide));
 }
 

@@ -79,6 +79,23 @@ PhotonMap::PhotonMap(PhotonSpans blocks, std::span<const std::span<const float>>
 PhotonMap::PhotonMap(std::span<const Photon> photons, const Execution& execution)
     : PhotonMap(pieces(photons), execution) {}
 
+std::optional<PhotonMap> PhotonMap::over(const Head& head, std::span<const PhotonLeaf> leaves,
+                                         std::span<const PhotonLeaf::Lanes<float>> etendues,
+                                         std::span<const std::byte> tree_nodes, std::shared_ptr<const void> owner) {
+  PhotonMap map;
+  map.size_ = head.size;
+  map.grid_ = head.grid;
+  auto tree = BoxTree::over(map.leaf_count(), tree_nodes, owner);
+  if (leaves.size() != map.leaf_count() || !tree) return std::nullopt;
+  if (!etendues.empty()) {
+    if (etendues.size() != map.leaf_count()) return std::nullopt;
+    map.etendues_ = view_large_array(etendues, owner);
+  }
+  map.leaves_ = view_large_array(leaves, std::move(owner));
+  map.tree_ = std::move(*tree);
+  return map;
+}
+
 std::uint32_t PhotonMap::near_leaf(const Vec3& p) const {
   const std::uint64_t code = grid_.code(p);
   const auto leaves = std::views::iota(1u, leaf_count());

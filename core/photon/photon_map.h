@@ -47,10 +47,15 @@ class PhotonMap {
     return static_cast<std::uint32_t>((std::uint64_t{size_} + PhotonLeaf::kSize - 1) / PhotonLeaf::kSize);
   }
   const PhotonLeaf& leaf(std::uint32_t i) const { return leaves_[i]; }
+  std::span<const PhotonLeaf> leaves() const { return {leaves_.get(), leaf_count()}; }
 
   /// Of the photons of leaf i; only where has_etendues().
   const PhotonLeaf::Lanes<float>& etendues(std::uint32_t i) const { return etendues_[i]; }
   bool has_etendues() const { return etendues_ != nullptr; }
+  /// Of all leaves; empty where there are none.
+  std::span<const PhotonLeaf::Lanes<float>> etendues() const {
+    return {etendues_.get(), has_etendues() ? leaf_count() : 0};
+  }
 
   /// The leaf that holds the place of `p` along the Morton curve. There must be photons.
   std::uint32_t near_leaf(const Vec3& p) const;
@@ -64,6 +69,18 @@ class PhotonMap {
     const auto channel = [&](int c) { return decode_flux(of(i).flux[c][lane(i)]); };
     return {channel(0), channel(1), channel(2)};
   }
+  /// What a map is beside its leaves and its tree.
+  struct Head {
+    std::uint32_t size = 0;
+    MortonGrid grid;
+  };
+  Head head() const { return {size_, grid_}; }
+  /// Of what another map has told; it uses leaves, étendues and tree where they lie. Nothing where they do not belong
+  /// together.
+  static std::optional<PhotonMap> over(const Head& head, std::span<const PhotonLeaf> leaves,
+                                       std::span<const PhotonLeaf::Lanes<float>> etendues,
+                                       std::span<const std::byte> tree_nodes, std::shared_ptr<const void> owner);
+
   std::uint64_t memory_bytes() const { return tree_.memory_bytes() + leaf_count() * leaf_bytes(); }
 
  private:

@@ -49,7 +49,7 @@ float expected_photons(const PreparedScene& scene, const RadianceSettings& setti
     if (gathered_lobes(bsdf) != kNoLobe) {
       static constexpr float kSome = 100;
       const float radius_sq = widest_radius_sq(settings, bandwidth, surface.position, footprint);
-      const float some_sq = bandwidth.radius_sq(surface.position, kSome);
+      const float some_sq = bandwidth.radius_sq(surface.position, kSome * settings.pilot_share);
       return some_sq > 0 ? kSome * radius_sq / some_sq : 0;
     }
     const auto sample = bsdf.sample(Vec3(rng.next4()), kAllLobes, Transport::radiance);

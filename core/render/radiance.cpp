@@ -364,7 +364,7 @@ float widest_radius_sq(const RadianceSettings& settings, const Bandwidth& bandwi
   static constexpr float kFootprints = 24;
   if (settings.radius_sq > 0) return settings.radius_sq;
   const float widest = kFootprints * footprint;
-  const float dense = bandwidth.radius_sq(position, kPhotons);
+  const float dense = bandwidth.radius_sq(position, kPhotons * settings.pilot_share);
   return settings.shrink * (dense > 0 ? std::min(dense, widest * widest) : widest * widest);
 }
 

@@ -25,6 +25,7 @@ struct RadianceSettings {
   const PhotonMap* caustic = nullptr;    ///< null for Technique::trace
   std::uint32_t emitted = 1;             ///< paths whose photons the maps hold
   const GatherGuide* guide = nullptr;    ///< cuts kernels at edges; density, merge: chooses radii; null: neither
+  float pilot_share = 1;                 ///< density, merge: paths of the guide's pilot over those of `maps`
   float radius_sq = 0;                   ///< density, merge: widest, 0 for the guide's; nearest, final_gather: largest
   float shrink = 1;                      ///< density, merge: factor of the guide's radius², falling with the passes
   float pixel_width = 0;                 ///< density, merge: a pixel's footprint in metres is pixel_width

@@ -33,6 +33,7 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
     settings.emitted = maps->emitted;
   }
   settings.guide = task.guide.get();
+  settings.pilot_share = pilot_share(task.photons);
   settings.nearest = task.settings.gather_photons;
   settings.max_depth = task.settings.max_depth;
   if (!task.plan.uses_maps) return settings;
@@ -91,7 +92,7 @@ Status choose_by_pilot(RenderTask& task, const Execution& execution) {
 
 Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, const Camera& camera,
                                     const PhotonSettings& photons, const RenderSettings& settings,
-                                    const Execution& execution) {
+                                    const Execution& execution, const GuideSource& guides) {
   Camera moved = camera;
   moved.to_world[3] -= scene->scene.origin;
   StopRule any;
@@ -101,7 +102,7 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
   if (!plan) return plan.error();
   RenderTask task{std::move(scene), std::move(moved), photons, settings, std::move(plan).value(), nullptr};
   if (task.plan.uses_maps) {
-    auto guide = make_gather_guide(*task.scene, photons, execution);
+    auto guide = guides(*task.scene, guide_key(task.scene->digest, photons), execution);
     if (!guide) return guide.error();
     task.guide = std::move(guide).value();
     if (settings.method == Method::automatic) {

@@ -27,11 +27,12 @@ struct RenderTask {
   std::shared_ptr<const GatherGuide> guide;   ///< null where no photons are gathered
 };
 
-/// Checks the settings and makes the plan. `camera` stands in the file's coordinates. Traces a small pilot where the plan needs one (radius), so it may
-/// take some milliseconds to a second; errors: bad settings, cancelled.
+/// Checks the settings and makes the plan. `camera` stands in the file's coordinates. Where photons are gathered it asks
+/// `guides` for a guide, which may take some milliseconds to a second. Errors: bad settings, cancelled, those of `guides`.
 Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, const Camera& camera,
                                     const PhotonSettings& photons, const RenderSettings& settings,
-                                    const Execution& execution);
+                                    const Execution& execution,
+                                    const GuideSource& guides = build_gather_guide);
 
 /// Renders pass `pass` (0, 1, …) of the task: an estimate of the picture independent of all other passes
 /// (`photon_map`: sharing one map). A pure function of (task, pass). Asks `maps` for photon maps at most once.

@@ -246,4 +246,17 @@ std::uint64_t Accel::memory_bytes() const {
 
 std::string embree_version() { return RTC_VERSION_STRING; }
 
+std::string embree_target() {
+  const RTCDevice device = rtcNewDevice(nullptr);
+  if (device == nullptr) return "none";
+  std::string target;
+  for (const RTCDeviceProperty property :
+       {RTC_DEVICE_PROPERTY_VERSION, RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED,
+        RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED}) {
+    target += std::to_string(rtcGetDeviceProperty(device, property)) + " ";
+  }
+  rtcReleaseDevice(device);
+  return target;
+}
+
 }  // namespace photond

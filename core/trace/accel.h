@@ -51,4 +51,7 @@ class Accel {
 /// The version of the Embree library in use, as "3.13.5".
 std::string embree_version();
 
+/// The Embree that runs and what it uses of this CPU: where that differs, hits may differ in their last bits.
+std::string embree_target();
+
 }  // namespace photond

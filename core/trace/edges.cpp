@@ -1,6 +1,7 @@
 #include "core/trace/edges.h"
 
 #include <algorithm>
+#include <cstring>
 #include <tuple>
 
 namespace photond {
@@ -60,6 +61,15 @@ Edges::Edges(const Scene& scene) {
     collect(sides, segments_);
   }
   if (!segments_.empty()) build(0, static_cast<std::uint32_t>(segments_.size()));
+}
+
+std::optional<Edges> Edges::of(std::span<const Segment> segments, std::span<const std::byte> nodes) {
+  if (nodes.size() % sizeof(Node) != 0 || nodes.empty() != segments.empty()) return std::nullopt;
+  Edges edges;
+  edges.segments_.assign(segments.begin(), segments.end());
+  edges.nodes_.resize(nodes.size() / sizeof(Node));
+  if (!nodes.empty()) std::memcpy(edges.nodes_.data(), nodes.data(), nodes.size());
+  return edges;
 }
 
 std::uint32_t Edges::build(std::uint32_t begin, std::uint32_t end) {

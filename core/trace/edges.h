@@ -1,7 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/math/types.h"
@@ -20,7 +23,12 @@ class Edges {
   Edges() = default;
   explicit Edges(const Scene& scene);
 
+  /// Of what another object has told; copied. Nothing where it cannot be that.
+  static std::optional<Edges> of(std::span<const Segment> segments, std::span<const std::byte> nodes);
+
   std::size_t size() const { return segments_.size(); }
+  std::span<const Segment> segments() const { return segments_; }
+  std::span<const std::byte> nodes() const { return std::as_bytes(std::span(nodes_)); }
   std::uint64_t memory_bytes() const {
     return segments_.capacity() * sizeof(Segment) + nodes_.capacity() * sizeof(Node);
   }
