@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <exception>
@@ -21,12 +22,49 @@ std::uint8_t srgb_byte(float linear) {
   return static_cast<std::uint8_t>(encoded * 255 + 0.5f);
 }
 
+// srgb_byte by table. It never falls, so it is told by the least value of each byte; where between two of them a value
+// lies, its exponent and the first bits of its mantissa all but say.
+class SrgbBytes {
+ public:
+  SrgbBytes() {
+    for (std::uint32_t byte = 1; byte < least_.size(); ++byte) least_[byte] = least_of(static_cast<std::uint8_t>(byte));
+    for (std::uint32_t i = 0; i < first_.size(); ++i) {
+      first_[i] = srgb_byte(std::bit_cast<float>((i << kShift) + kBegin));
+    }
+  }
+
+  std::uint8_t operator()(float linear) const {
+    if (!(linear > std::bit_cast<float>(kBegin))) return 0;   // also NaN
+    if (linear >= 1) return 255;
+    std::uint8_t byte = first_[(std::bit_cast<std::uint32_t>(linear) - kBegin) >> kShift];
+    while (byte < 255 && linear >= least_[byte + 1u]) ++byte;
+    return byte;
+  }
+
+ private:
+  static constexpr std::uint32_t kBegin = 0x39000000;   // 2⁻¹³, which is black
+  static constexpr std::uint32_t kOne = 0x3f800000;
+  static constexpr int kShift = 15;                     // 256 places an octave
+
+  static float least_of(std::uint8_t byte) {
+    std::uint32_t below = kBegin, at = kOne;
+    while (at - below > 1) {
+      const std::uint32_t middle = below + (at - below) / 2;
+      (srgb_byte(std::bit_cast<float>(middle)) >= byte ? at : below) = middle;
+    }
+    return std::bit_cast<float>(at);
+  }
+
+  std::array<float, 256> least_{};
+  std::array<std::uint8_t, ((kOne - kBegin) >> kShift)> first_{};
+};
+
 std::vector<std::uint8_t> tone_map(const Image& image, const ToneMap& tone) {
   const float scale = std::exp2(tone.exposure);
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(image.pixels.size() * 3);
-  for (const Rgb& pixel : image.pixels) {
-    for (int c = 0; c < 3; ++c) bytes.push_back(srgb_byte(pixel[c] * scale));
+  static const SrgbBytes to_byte;
+  std::vector<std::uint8_t> bytes(image.pixels.size() * 3);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    for (int c = 0; c < 3; ++c) bytes[3 * i + static_cast<std::size_t>(c)] = to_byte(image.pixels[i][c] * scale);
   }
   return bytes;
 }

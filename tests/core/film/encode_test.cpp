@@ -86,6 +86,27 @@ TEST(Encode, PngIsSrgbWithTheFirstRowOnTop) {
   EXPECT_EQ(png->u8, expected);
 }
 
+TEST(Encode, EveryByteBeginsWhereSrgbRounds) {
+  // Values of all sizes, among them the neighbours of those at which a byte begins.
+  Image image(1024, 64);
+  std::vector<float> values;
+  for (int byte = 1; byte < 256; ++byte) {
+    const double encoded = (byte - 0.5) / 255;
+    const double linear = encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+    float value = static_cast<float>(linear) * (1 - 1e-6f);
+    for (int i = 0; i < 40; ++i) values.push_back(value = std::nextafter(value, 2.0f));
+  }
+  while (values.size() < image.pixels.size()) values.push_back(std::exp2(-20 + 21.0f * static_cast<float>(values.size()) / 65536));
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = Rgb(values[i]);
+  const Result<DecodedPixels> png = decode_pixels(encoded(image, ImageFormat::png));
+  ASSERT_TRUE(png.ok());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const float v = std::min(values[i], 1.0f);
+    const float expected = v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+    ASSERT_EQ(png->u8[4 * i], static_cast<std::uint8_t>(expected * 255 + 0.5f)) << v;
+  }
+}
+
 TEST(Encode, ExposureDoublesTheLightPerStop) {
   Image image(1, 1);
   image.pixels = {Rgb(0.25f)};
