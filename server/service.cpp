@@ -1,5 +1,6 @@
 #include "server/service.h"
 
+#include <filesystem>
 #include <utility>
 
 #include "server/api/api.h"
@@ -46,11 +47,11 @@ Status check_options(const ServiceOptions& options) {
 }  // namespace
 
 struct Service::State {
-  State(const ServiceOptions& o, Contract c)
+  State(const ServiceOptions& o, Contract c, std::unique_ptr<MapFiles> map_files)
       : options(o),
         contract(std::move(c)),
         store(o.scene_store_bytes),
-        jobs(store, job_limits(o)),
+        jobs(store, job_limits(o), std::move(map_files)),
         api(store, jobs, counts, contract, api_limits(o)) {}
 
   const ServiceOptions options;
@@ -72,7 +73,13 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
   }
   Result<Contract> contract = Contract::read(kOpenApiText);
   if (!contract) return contract.error();
-  auto state = std::make_unique<State>(options, std::move(*contract));
+  std::unique_ptr<MapFiles> map_files;
+  if (!options.data_dir.empty() && options.map_disk_bytes > 0) {
+    auto opened = MapFiles::open(std::filesystem::path(options.data_dir) / "maps", options.map_disk_bytes);
+    if (!opened) return opened.error();
+    map_files = std::move(*opened);
+  }
+  auto state = std::make_unique<State>(options, std::move(*contract), std::move(map_files));
   if (!options.samples_dir.empty()) {
     if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added)
       return added.error();

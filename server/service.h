@@ -15,8 +15,10 @@ struct ServiceOptions {
   int port = 8080;                               ///< 0: any free port, see Service::port
   std::string samples_dir;                       ///< *.glb listed as sample scenes; empty: none
   std::string client_dir;                        ///< the built web client (index.html inside); empty: none
+  std::string data_dir;                          ///< where state is kept; empty: in memory only
   int threads = 0;                               ///< render threads; 0: one per core
   std::uint64_t map_cache_bytes = 1ull << 30;    ///< photon maps kept for later jobs
+  std::uint64_t map_disk_bytes = 8ull << 30;     ///< photon maps kept on disk, in data_dir
   std::uint64_t scene_cache_bytes = 1ull << 30;  ///< prepared scenes kept for later jobs
   std::uint64_t scene_store_bytes = 2ull << 30;  ///< uploaded files; beyond it uploads are refused
   std::uint64_t picture_bytes = 1ull << 30;      ///< pictures of finished jobs; the oldest jobs are forgotten

@@ -90,8 +90,13 @@ function render_numbers(job: Job): void {
   number('error', job.error === null ? '–' : format_percent(job.error), error_notes(job).join(', '));
   number('eta', job.eta_seconds === null ? '–' : format_seconds(job.eta_seconds), null);
   if (job.plan && !job.plan.uses_maps) number('maps', 'not needed', null);
-  else number('maps', `${format_count(job.map_hits)} reused`, `${format_count(job.map_misses)} built`);
+  else number('maps', `${format_count(job.map_hits)} reused`, map_notes(job));
   number('first-frame', job.first_frame_seconds === null ? '–' : format_seconds(job.first_frame_seconds), null);
+}
+
+function map_notes(job: Job): string {
+  const from_disk = job.map_disk_hits > 0 ? `${format_count(job.map_disk_hits)} from disk, ` : '';
+  return `${from_disk}${format_count(job.map_misses)} built`;
 }
 
 /** What the error aims at, what it is made of, and what it does not contain. */

@@ -74,7 +74,8 @@ export interface JobNumbers {
   /** The part of the error that more passes remove slowly; 0 where the method has none. */
   bias: number | null;
   eta_seconds: number | null;
-  map_hits: number;
+  map_hits: number; // in memory or on disk
+  map_disk_hits: number;
   map_misses: number;
   revision: number;
 }
@@ -151,14 +152,17 @@ const numbers = object({
   rejected_samples: count,
   error: maybe(object({ relative: number, noise: number, bias: number })),
   eta_seconds: maybe(number),
-  maps: object({ hits: count, misses: count }),
+  maps: object({ hits: count, disk_hits: count, misses: count }),
   revision: count,
 });
 
 const parse_numbers: Parser<JobNumbers> = (value, pointer) => {
   const { maps, error, ...rest } = numbers(value, pointer);
   const { relative, noise, bias } = error ?? { relative: null, noise: null, bias: null };
-  return { ...rest, error: relative, noise, bias, map_hits: maps.hits, map_misses: maps.misses };
+  return {
+    ...rest, error: relative, noise, bias,
+    map_hits: maps.hits, map_disk_hits: maps.disk_hits, map_misses: maps.misses,
+  };
 };
 
 const spec = object({ method, film: object({ width: count, height: count }), stop: stop_rule });

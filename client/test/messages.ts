@@ -14,7 +14,7 @@ export function job_message(changes: Record<string, unknown> = {}): Record<strin
       method: 'progressive', biased: false, uses_maps: true, radius: 0.02,
       items: [{ feature: 'method', active: true, reason: 'there is glass' }],
     },
-    maps: { hits: 2, misses: 1 }, passes: 3, seconds: 1.5, rejected_samples: 0,
+    maps: { hits: 2, disk_hits: 1, misses: 1 }, passes: 3, seconds: 1.5, rejected_samples: 0,
     error: { relative: 0.25, noise: 0.24, bias: 0.07, rmse: 0.1 },
     eta_seconds: 4.5, revision: 2, first_frame_seconds: 0.4, problem: null,
     urls: { self: '/v1/jobs/j-1' },
@@ -26,7 +26,7 @@ export function job_message(changes: Record<string, unknown> = {}): Record<strin
 export function event_message(changes: Record<string, unknown> = {}): Record<string, unknown> {
   return {
     job: 'j-1', time: '2026-01-31T12:00:01.000Z', state: 'rendering', version: 6, passes: 4, seconds: 2,
-    rejected_samples: 0, error: { relative: 0.2, noise: 0.16, bias: 0.12, rmse: 0.08 }, eta_seconds: 4, maps: { hits: 3, misses: 1 }, revision: 3, ...changes,
+    rejected_samples: 0, error: { relative: 0.2, noise: 0.16, bias: 0.12, rmse: 0.08 }, eta_seconds: 4, maps: { hits: 3, disk_hits: 1, misses: 1 }, revision: 3, ...changes,
   };
 }
 
@@ -51,7 +51,7 @@ export function a_job(changes: Partial<Job> = {}): Job {
   return {
     id: 'j-1', scene: 'ab'.repeat(32), label: '', state: 'rendering', version: 5, method: 'auto', width: 320,
     height: 200, stop: { passes: 16, seconds: null, relative_error: null }, plan: null, passes: 3, seconds: 1.5,
-    rejected_samples: 0, error: 0.25, noise: 0.24, bias: 0.07, eta_seconds: 4.5, map_hits: 2, map_misses: 1, revision: 2, first_frame_seconds: 0.4, failure: null,
+    rejected_samples: 0, error: 0.25, noise: 0.24, bias: 0.07, eta_seconds: 4.5, map_hits: 2, map_disk_hits: 1, map_misses: 1, revision: 2, first_frame_seconds: 0.4, failure: null,
     ...changes,
   };
 }
@@ -59,6 +59,6 @@ export function a_job(changes: Partial<Job> = {}): Job {
 export function an_event(changes: Partial<JobEvent> = {}): JobEvent {
   return {
     job: 'j-1', state: 'rendering', version: 6, passes: 4, seconds: 2, rejected_samples: 0, error: 0.2,
-    noise: 0.16, bias: 0.12, eta_seconds: 4, map_hits: 3, map_misses: 1, revision: 3, ...changes,
+    noise: 0.16, bias: 0.12, eta_seconds: 4, map_hits: 3, map_disk_hits: 1, map_misses: 1, revision: 3, ...changes,
   };
 }

@@ -34,7 +34,7 @@ describe('parse_job', () => {
     ['/passes', { passes: '3' }],
     ['/passes', { passes: -1 }],
     ['/version', { version: 1.5 }],
-    ['/maps/hits', { maps: { misses: 1 } }],
+    ['/maps/hits', { maps: { disk_hits: 0, misses: 1 } }],
     ['/error/relative', { error: { relative: 'NaN' } }],
     ['/error', { error: 0.1 }],
     ['/plan/items/0/reason', { plan: { method: 'path', biased: false, uses_maps: false, items: [{ feature: 'x', active: true }] } }],

@@ -13,7 +13,10 @@
 
 namespace photond {
 
-/// Names a set of photon maps by all they depend on. No camera, film or radius: those reuse the maps.
+/// Names a set of photon maps by all they depend on beside the program (photon_stage). No camera, film or radius: those
+/// reuse the maps. Nothing finer: photons that a light of another intensity or a material out of the light's way would
+/// leave as they are could be told only by keeping each one's light and the materials of its path, and building maps is
+/// a small part of a pass of some size (7 % of 512 × 512 pixels in ajar); all lights together are what exposure is for.
 struct MapKey {
   Digest scene;
   PhotonSettings settings;

@@ -37,8 +37,13 @@ class Api {
   Response metrics(const Request& request) const;
   Response info(const Request& request) const;
   Response openapi(const Request& request) const;
+
+  // map_handlers.cpp
   Response list_maps(const Request& request) const;
+  Response post_map(const Request& request);
   Response delete_map(const Request& request);
+  Response pin_map(const Request& request);
+  Response unpin_map(const Request& request);
 
   // scene_handlers.cpp
   Response post_scene(const Request& request);
@@ -65,6 +70,7 @@ class Api {
 
  private:
   Response latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const;
+  Response set_pinned(const Request& request, bool pinned);
   Response frame_response(const std::string& id, std::uint32_t revision, FrameFormat format) const;
 
   Store& store_;

@@ -92,7 +92,7 @@ Json job_message(const JobRecord& job) {
           {"started_at", time_json(job.started)},
           {"finished_at", time_json(job.finished)},
           {"plan", job.plan ? plan_message(*job.plan) : Json(nullptr)},
-          {"maps", {{"hits", job.map_hits}, {"misses", job.map_misses}}},
+          {"maps", {{"hits", job.map_hits}, {"disk_hits", job.map_disk_hits}, {"misses", job.map_misses}}},
           {"passes", job.passes},
           {"seconds", job.seconds},
           {"rejected_samples", job.rejected},
@@ -114,7 +114,7 @@ Json event_message(const Event& event) {
           {"rejected_samples", event.rejected},
           {"error", error_json(event.error)},
           {"eta_seconds", optional_json(event.eta_seconds)},
-          {"maps", {{"hits", event.map_hits}, {"misses", event.map_misses}}},
+          {"maps", {{"hits", event.map_hits}, {"disk_hits", event.map_disk_hits}, {"misses", event.map_misses}}},
           {"revision", event.revision}};
 }
 

@@ -79,13 +79,32 @@ void write_jobs(MetricsText& out, const std::vector<JobRecord>& jobs, const JobC
   out.histogram("photond_queue_wait_seconds", "Time of jobs in the queue.", counts.queue_wait);
 }
 
-void write_maps(MetricsText& out, const MapCache::Totals& totals, std::uint64_t budget) {
-  out.single("photond_map_cache_hits_total", "counter", "Photon maps found in the cache.", totals.hits);
-  out.single("photond_map_cache_misses_total", "counter", "Photon maps that had to be built.", totals.misses);
-  out.single("photond_map_cache_evictions_total", "counter", "Photon maps dropped for room.", totals.evictions);
-  out.single("photond_map_cache_bytes", "gauge", "Size of the cached photon maps.", totals.bytes);
-  out.single("photond_map_cache_entries", "gauge", "Cached photon maps.", totals.entries);
-  out.single("photond_map_cache_budget_bytes", "gauge", "What the cached photon maps may take.", budget);
+void write_maps(MetricsText& out, const MapCache& maps) {
+  const MapCache::Totals totals = maps.totals();
+  const char* const memory = "{tier=\"memory\"}";
+  const char* const disk = "{tier=\"disk\"}";
+  const auto both = [&](const char* name, const char* type, const char* help, std::uint64_t in_memory,
+                        std::uint64_t on_disk) {
+    out.announce(name, type, help);
+    out.sample(name, memory, in_memory);
+    out.sample(name, disk, on_disk);
+  };
+  both("photond_map_cache_hits_total", "counter", "Photon maps and guides found in the cache.", totals.memory_hits,
+       totals.disk_hits);
+  out.single("photond_map_cache_misses_total", "counter", "Photon maps and guides that had to be built.",
+             totals.misses);
+  both("photond_map_cache_evictions_total", "counter", "Photon maps and guides dropped for room.",
+       totals.memory_evictions, totals.disk.evictions);
+  both("photond_map_cache_bytes", "gauge", "Size of the cached photon maps and guides.", totals.memory_bytes,
+       totals.disk.bytes);
+  both("photond_map_cache_entries", "gauge", "Cached photon maps and guides.", totals.memory_entries,
+       totals.disk.entries);
+  both("photond_map_cache_budget_bytes", "gauge", "What the cached photon maps and guides may take.",
+       maps.memory_budget(), maps.disk_budget());
+  out.single("photond_map_cache_write_failures_total", "counter", "Photon maps that could not be written to disk.",
+             totals.write_failures);
+  out.single("photond_map_cache_damaged_total", "counter", "Files of photon maps that were damaged, and dropped.",
+             totals.damaged);
 }
 
 /// By the names that Prometheus' own clients use.
@@ -114,7 +133,7 @@ Response Api::metrics(const Request&) const {
   write_requests(out, counts_.snapshot());
   write_jobs(out, store_.jobs(), jobs_.events().counts());
   out.single("photond_passes_total", "counter", "Rendered passes.", jobs_.passes());
-  write_maps(out, jobs_.maps().totals(), jobs_.maps().budget_bytes());
+  write_maps(out, jobs_.maps());
   write_process(out);
   Response response;
   response.content_type = "text/plain; version=0.0.4";

@@ -168,9 +168,11 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
       ->capture_default_str();
   serve->add_option("--samples", options.samples_dir, "Folder of .glb files to offer as samples");
   serve->add_option("--client", options.client_dir, "Folder of the built web client");
+  serve->add_option("--data", options.data_dir, "Folder where photon maps are kept (default: in memory only)");
   serve->add_option("--threads", options.threads, "Render threads (default: one per core)")
       ->check(CLI::Range(0, 1024).description(""));
   add_megabytes(*serve, "--map-cache-mb", options.map_cache_bytes, "Memory for cached photon maps");
+  add_megabytes(*serve, "--map-disk-mb", options.map_disk_bytes, "Disk for cached photon maps; 0: none");
   add_megabytes(*serve, "--scene-cache-mb", options.scene_cache_bytes, "Memory for prepared scenes");
   add_megabytes(*serve, "--scene-store-mb", options.scene_store_bytes, "Memory for uploaded files");
   add_megabytes(*serve, "--picture-mb", options.picture_bytes, "Memory for pictures of finished jobs");

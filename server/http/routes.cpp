@@ -58,6 +58,9 @@ std::vector<Line> table(const ApiLimits& limits) {
       {"GET", "/v1/events", &Api::all_events, Seat::stream},
 
       {"GET", "/v1/maps", &Api::list_maps},
+      {"POST", "/v1/maps", &Api::post_map, limits.max_message_bytes},
+      {"POST", "/v1/maps/{key}/pin", &Api::pin_map},
+      {"POST", "/v1/maps/{key}/unpin", &Api::unpin_map},
       {"DELETE", "/v1/maps/{key}", &Api::delete_map},
   };
 }

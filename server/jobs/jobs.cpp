@@ -19,17 +19,19 @@ std::string new_id() {
   return id;
 }
 
+constexpr std::size_t kMaxPrewarms = 64;  // waiting or running
+
 Error no_job(const std::string& id) { return {ErrorCode::not_found, "there is no job " + id, ""}; }
 
 }  // namespace
 
-Jobs::Jobs(Store& store, const JobLimits& limits)
+Jobs::Jobs(Store& store, const JobLimits& limits, std::unique_ptr<MapFiles> files)
     : store_(store),
       limits_(limits),
       log_(store),
       workers_(limits.threads),
       scenes_(store, workers_, limits.scene_cache_bytes),
-      maps_(limits.map_cache_bytes) {}
+      maps_(limits.map_cache_bytes, std::move(files)) {}
 
 Jobs::~Jobs() { stop(); }
 
@@ -113,6 +115,28 @@ Status Jobs::remove_scene(const Digest& id) {
   return Done{};
 }
 
+Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, std::stop_token stop) {
+  StopRule passes;
+  passes.passes = spec.passes;
+  if (const Status fine = check_settings(spec.photons, {}, passes); !fine) return fine.error();
+  const auto scene = scenes_.prepared(spec.scene, workers_.execution(stop));
+  if (!scene) return Error{scene.error().code, scene.error().message, "/scene"};
+  Prewarmed result{(*scene)->digest, prewarm_keys(spec, (*scene)->digest)};
+  for (const MapKey& key : result.keys) result.ready += maps_.find(key) ? 1 : 0;
+  if (result.ready == result.keys.size()) return result;
+  const std::lock_guard lock(mutex_);
+  if (stopping_) return Error{ErrorCode::conflict, "the service is shutting down", ""};
+  std::erase_if(prewarms_, [](const auto& prewarm) { return prewarm.second->ended(); });
+  if (prewarms_.contains(spec)) return result;
+  if (prewarms_.size() >= kMaxPrewarms) {
+    return Error{ErrorCode::limit_exceeded, "too many photon maps are waiting to be built; try again later", "queue"};
+  }
+  const auto work = std::make_shared<Prewarm>(spec, scenes_, maps_, workers_, stop_prewarming_.get_token());
+  prewarms_.emplace(spec, work);
+  scheduler_.submit(work, Priority::batch);
+  return result;
+}
+
 Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision, FrameFormat format) const {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
@@ -150,6 +174,7 @@ void Jobs::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    stop_prewarming_.request_stop();
     for (const auto& [id, run] : runs_) {
       if (!is_terminal(run->job()->state())) live.push_back(id);
     }

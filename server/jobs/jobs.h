@@ -12,6 +12,7 @@
 #include "server/jobs/event_log.h"
 #include "server/jobs/job.h"
 #include "server/jobs/map_cache.h"
+#include "server/jobs/prewarm.h"
 #include "server/jobs/run_job.h"
 #include "server/jobs/scene_library.h"
 #include "server/jobs/scheduler.h"
@@ -33,11 +34,13 @@ struct JobLimits {
 /// Everything that happens behind the HTTP interface, in native types. Thread-safe.
 class Jobs {
  public:
-  Jobs(Store& store, const JobLimits& limits);
+  /// `files` may be null: photon maps are kept in memory only.
+  Jobs(Store& store, const JobLimits& limits, std::unique_ptr<MapFiles> files);
   ~Jobs();
 
   SceneLibrary& scenes() { return scenes_; }
   MapCache& maps() { return maps_; }
+  const MapCache& maps() const { return maps_; }
   const EventLog& events() const { return log_; }
   const JobLimits& limits() const { return limits_; }
   int threads() const { return workers_.threads(); }
@@ -56,6 +59,14 @@ class Jobs {
   Status remove(const std::string& id);
   /// Forgets a scene. Errors: not_found; conflict (a sample, or a live job needs it).
   Status remove_scene(const Digest& id);
+  struct Prewarmed {
+    Digest content;
+    std::vector<MapKey> keys;  ///< the guide's first, then by pass
+    std::size_t ready = 0;     ///< of them
+  };
+  /// Has photon maps built, behind the interactive jobs; asking again tells how far it is and queues nothing twice.
+  /// Errors: those of the settings and the scene; limit_exceeded with `where` "queue"; conflict while shutting down.
+  Result<Prewarmed> prewarm(const PrewarmSpec& spec, std::stop_token stop);
   /// A picture of a job. Errors: not_found, or the encoder's.
   Result<Frames::Bytes> frame(const std::string& id, std::uint32_t revision, FrameFormat format) const;
 
@@ -74,6 +85,8 @@ class Jobs {
   MapCache maps_;
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<RunJob>> runs_;
+  std::map<PrewarmSpec, std::shared_ptr<Prewarm>> prewarms_;  ///< not ended, and some that have
+  std::stop_source stop_prewarming_;
   bool stopping_ = false;
   std::atomic<std::uint64_t> passes_{0};
   Scheduler scheduler_;  ///< last: its thread uses all of the above

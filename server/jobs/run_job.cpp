@@ -32,6 +32,7 @@ void RunJob::abandon() {
 
 void RunJob::release() {
   film_ = Film();
+  maps_.release();
   task_.reset();
 }
 
@@ -51,6 +52,7 @@ void RunJob::end_with(const Error& error) {
 Status RunJob::advance() {
   if (execution_.cancelled()) return cancelled();
   if (!task_) return prepare_task();
+  if (revision_ == 0 && film_.pass_count() == 0 && !previewed_ && has_preview(*task_)) return publish_preview();
   if (const Status rendered = render_next_pass(); !rendered) return rendered;
   if (stop_rule_met()) return finish();
   if (rule_.due(film_.pass_count(), wall_seconds())) return publish(false);
@@ -65,7 +67,8 @@ Status RunJob::prepare_task() {
   if (!scene) return scene.error();
   const Result<Camera> camera = choose_camera((*scene)->scene.cameras, spec.camera);
   if (!camera) return camera.error();
-  Result<RenderTask> task = make_render_task(*scene, *camera, spec.photons, spec.settings, execution_);
+  Result<RenderTask> task = make_render_task(*scene, *camera, spec.photons, spec.settings, execution_,
+                                             [this](const auto&... of) { return maps_.guide(of...); });
   if (!task) return task.error();
   task_ = std::make_shared<const RenderTask>(std::move(*task));
   film_ = Film(spec.settings.width, spec.settings.height);
@@ -76,12 +79,30 @@ Status RunJob::prepare_task() {
   });
 }
 
+MapSource RunJob::map_source() {
+  return [this](const MapKey& key, const Execution& execution) {
+    return maps_.maps(*task_->scene, key, execution);
+  };
+}
+
+Status RunJob::publish_preview() {
+  const Clock::time_point begin = Clock::now();
+  previewed_ = true;
+  Result<Image> image = render_preview(*task_, map_source(), execution_);
+  if (!image) return image.error();
+  compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
+  job_->frames.publish(++revision_, std::move(*image), std::nullopt);
+  told_ = wall_seconds();
+  return job_->note(EventKind::frame, [&](JobRecord& record) {
+    put_numbers(record);
+    record.revision = revision_;
+    record.first_frame_seconds = told_;
+  });
+}
+
 Status RunJob::render_next_pass() {
   const Clock::time_point begin = Clock::now();
-  const MapSource source = [this](const MapKey& key, const Execution& execution) {
-    return maps_.get(*task_->scene, key, execution);
-  };
-  const Result<PassImage> pass = render_pass(*task_, film_.pass_count(), source, execution_);
+  const Result<PassImage> pass = render_pass(*task_, film_.pass_count(), map_source(), execution_);
   if (!pass) return pass.error();
   // After a cancel a pass may come back with holes: what was skipped is black.
   if (execution_.cancelled()) return cancelled();
@@ -128,6 +149,7 @@ void RunJob::put_numbers(JobRecord& record) const {
   record.rejected = film_.rejected;
   if (error_.known) record.error = error_;
   record.map_hits = maps_.hits();
+  record.map_disk_hits = maps_.disk_hits();
   record.map_misses = maps_.misses();
   record.eta_seconds = remaining_seconds(record.spec.stop, progress());
   // Other jobs take turns: what is left stretches as what is done has been stretched.

@@ -7,6 +7,7 @@
 #include "core/film/error.h"
 #include "core/film/film.h"
 #include "core/film/reconstruct.h"
+#include "core/render/preview.h"
 #include "core/render/render.h"
 #include "server/jobs/job.h"
 #include "server/jobs/map_cache.h"
@@ -41,9 +42,11 @@ class RunJob : public Slices {
 
   Status advance();
   Status prepare_task();
+  Status publish_preview();
   Status render_next_pass();
   Status finish();
   Status publish(bool result);
+  MapSource map_source();
   Status tell_progress();
   bool stop_rule_met() const;
   Progress progress() const;
@@ -66,6 +69,7 @@ class RunJob : public Slices {
   double compute_seconds_ = 0;
   double told_ = 0;  ///< wall_seconds of the last event
   std::uint32_t revision_ = 0;
+  bool previewed_ = false;
 };
 
 }  // namespace photond

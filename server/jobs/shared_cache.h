@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -20,8 +21,8 @@ namespace photond {
 /// however many ask for it at the same time. `Value` has a member `memory_bytes`.
 ///
 /// Invariants: a key is absent, being built by exactly one caller, or ready. Values in use outside are merely
-/// shared pointers: eviction forgets them here and frees them when the last user lets go. A value larger than
-/// the whole budget is handed out but not kept.
+/// shared pointers: eviction forgets them here and frees them when the last user lets go. Pinned values are not
+/// evicted; a value larger than what they leave of the budget is handed out but not kept.
 template <class Key, class Value>
 class SharedCache {
  public:
@@ -37,6 +38,7 @@ class SharedCache {
     std::uint64_t misses = 0;
     std::uint64_t evictions = 0;
     std::uint64_t bytes = 0;
+    std::uint64_t pinned_bytes = 0;
     std::uint64_t entries = 0;
   };
   struct Info {
@@ -45,6 +47,7 @@ class SharedCache {
     std::uint64_t hits = 0;
     double build_seconds = 0;
     std::chrono::system_clock::time_point last_use;
+    bool pinned = false;
   };
 
   explicit SharedCache(std::uint64_t budget_bytes) : budget_bytes_(budget_bytes) {}
@@ -77,6 +80,15 @@ class SharedCache {
     return true;
   }
 
+  /// Keeps a ready value from eviction, or no longer; false where there is none.
+  bool pin(const Key& key, bool pinned) {
+    const std::lock_guard lock(mutex_);
+    const auto found = entries_.find(key);
+    if (found == entries_.end() || !found->second.value) return false;
+    set_pinned(found->second, pinned);
+    return true;
+  }
+
   Totals totals() const {
     const std::lock_guard lock(mutex_);
     Totals totals = totals_;
@@ -90,7 +102,7 @@ class SharedCache {
     const std::lock_guard lock(mutex_);
     std::vector<Info> infos;
     for (const auto& [key, entry] : entries_) {
-      if (entry.value) infos.push_back({key, entry.value, entry.hits, entry.build_seconds, entry.last_use});
+      if (entry.value) infos.push_back({key, entry.value, entry.hits, entry.build_seconds, entry.last_use, entry.pinned});
     }
     return infos;
   }
@@ -110,6 +122,7 @@ class SharedCache {
     std::uint64_t hits = 0;
     double build_seconds = 0;
     std::chrono::system_clock::time_point last_use;
+    bool pinned = false;
   };
   using Entries = std::map<Key, Entry>;
 
@@ -153,7 +166,7 @@ class SharedCache {
   }
 
   void settle(const Key& key, const Shared& value, double seconds) {
-    if (value->memory_bytes > budget_bytes_) {
+    if (value->memory_bytes > budget_bytes_ - std::min(totals_.pinned_bytes, budget_bytes_)) {
       entries_.erase(key);
       return;
     }
@@ -170,14 +183,21 @@ class SharedCache {
   void evict_oldest() {
     auto oldest = entries_.end();
     for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
-      const bool older = oldest == entries_.end() || entry->second.tick < oldest->second.tick;
-      if (entry->second.value && older) oldest = entry;
+      if (!entry->second.value || entry->second.pinned) continue;
+      if (oldest == entries_.end() || entry->second.tick < oldest->second.tick) oldest = entry;
     }
     ++totals_.evictions;
     drop(oldest);
   }
 
+  void set_pinned(Entry& entry, bool pinned) {
+    if (entry.pinned == pinned) return;
+    entry.pinned = pinned;
+    totals_.pinned_bytes += pinned ? entry.value->memory_bytes : -entry.value->memory_bytes;
+  }
+
   void drop(typename Entries::iterator entry) {
+    set_pinned(entry->second, false);
     totals_.bytes -= entry->second.value->memory_bytes;
     entries_.erase(entry);
   }

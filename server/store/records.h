@@ -91,7 +91,8 @@ struct JobRecord {
   std::uint64_t rejected = 0;  ///< samples that were not finite or too large
   std::optional<ErrorEstimate> error;
   std::optional<double> eta_seconds;  ///< on the wall clock
-  std::uint64_t map_hits = 0;
+  std::uint64_t map_hits = 0;       ///< in memory or on disk
+  std::uint64_t map_disk_hits = 0;  ///< of them
   std::uint64_t map_misses = 0;
   std::uint32_t revision = 0;                 ///< of the newest picture; 0: none yet
   std::optional<double> first_frame_seconds;  ///< from leaving the queue to revision 1, wall clock
@@ -114,7 +115,8 @@ struct Event {
   std::uint64_t rejected = 0;
   std::optional<ErrorEstimate> error;
   std::optional<double> eta_seconds;
-  std::uint64_t map_hits = 0;
+  std::uint64_t map_hits = 0;       ///< in memory or on disk
+  std::uint64_t map_disk_hits = 0;  ///< of them
   std::uint64_t map_misses = 0;
   std::uint32_t revision = 0;
 };

@@ -120,25 +120,26 @@ TEST_F(ServiceTest, ASecondJobFindsTheMapsOfTheFirst) {
   const json cold = wait_for_end(submit(scene, common));
   ASSERT_EQ(cold["state"], "succeeded") << cold;
   EXPECT_EQ(cold["maps"]["hits"], 0);
-  EXPECT_EQ(cold["maps"]["misses"], 4);
+  EXPECT_EQ(cold["maps"]["misses"], 5) << "four passes and the guide";
   const json warm =
       wait_for_end(submit(scene, common + R"(,"camera":"above","radius":0.2,"film":{"width":20,"height":10})"));
-  EXPECT_EQ(warm["maps"]["hits"], 4) << warm;
+  EXPECT_EQ(warm["maps"]["hits"], 5) << warm;
+  EXPECT_EQ(warm["maps"]["disk_hits"], 0);
   EXPECT_EQ(warm["maps"]["misses"], 0);
   // The same content in another file: cameras and names are not part of it.
-  EXPECT_EQ(wait_for_end(submit(upload(small_glb("renamed")), common))["maps"]["hits"], 4);
+  EXPECT_EQ(wait_for_end(submit(upload(small_glb("renamed")), common))["maps"]["hits"], 5);
   EXPECT_EQ(wait_for_end(submit(scene, common + R"(,"seed":1)"))["maps"]["hits"], 0);
 
   const json maps = json::parse(get(port_, "/v1/maps").body);
-  ASSERT_EQ(maps["maps"].size(), 8u);
-  EXPECT_EQ(maps["hits"], 8);
+  ASSERT_EQ(maps["maps"].size(), 10u);
+  EXPECT_EQ(maps["hits"]["memory"], 10);
   EXPECT_EQ(maps["maps"][0]["hits"], 2);
   const std::string key = maps["maps"][0]["key"];
   EXPECT_EQ(request(port_, "DELETE", "/v1/maps/" + key).status, 204);
   EXPECT_EQ(request(port_, "DELETE", "/v1/maps/" + key).status, 404);
-  EXPECT_EQ(wait_for_end(submit(scene, common))["maps"]["hits"], 3);
+  EXPECT_EQ(wait_for_end(submit(scene, common))["maps"]["hits"], 4);
   const std::string metrics = get(port_, "/metrics").body;
-  EXPECT_NE(metrics.find("photond_map_cache_hits_total 11\n"), std::string::npos) << metrics;
+  EXPECT_NE(metrics.find("photond_map_cache_hits_total{tier=\"memory\"} 14\n"), std::string::npos) << metrics;
   EXPECT_NE(metrics.find("photond_jobs{state=\"succeeded\"} 5\n"), std::string::npos);
   EXPECT_NE(metrics.find("photond_passes_total 20\n"), std::string::npos);
 }
@@ -147,17 +148,20 @@ TEST_F(ServiceTest, AJobKeepsOnlyItsFirstMapsInASmallCache) {
   const std::string common = R"("method":"progressive","photons_per_pass":2000,"stop":{"passes":)";
   wait_for_end(submit(upload(), common + "1}"));
   const json one = json::parse(get(port_, "/v1/maps").body);
-  ASSERT_EQ(one["maps"].size(), 1u);
+  ASSERT_EQ(one["maps"].size(), 2u) << "the maps of the pass and the guide";
+  EXPECT_EQ(one["maps"][0]["kind"], "photons");
+  EXPECT_EQ(one["maps"][1]["kind"], "guide");
   ServiceOptions options;
-  options.map_cache_bytes = 16 * one["bytes"].get<std::uint64_t>();
+  options.map_cache_bytes = 16 * one["maps"][0]["bytes"].get<std::uint64_t>();
   start(options);
   const json done = wait_for_end(submit(upload(), common + "40}"));
   ASSERT_EQ(done["state"], "succeeded");
   const json maps = json::parse(get(port_, "/v1/maps").body);
-  EXPECT_EQ(maps["evictions"], 0);
-  EXPECT_GE(maps["maps"].size(), 3u) << "a quarter of the budget";
-  EXPECT_LE(maps["maps"].size(), 6u);
-  for (std::size_t i = 0; i < maps["maps"].size(); ++i) EXPECT_EQ(maps["maps"][i]["pass"], i);
+  EXPECT_EQ(maps["evictions"]["memory"], 0);
+  EXPECT_GE(maps["maps"].size(), 4u) << "a quarter of the budget";
+  EXPECT_LE(maps["maps"].size(), 7u);
+  for (std::size_t i = 0; i + 1 < maps["maps"].size(); ++i) EXPECT_EQ(maps["maps"][i]["pass"], i);
+  EXPECT_EQ(maps["maps"].back()["kind"], "guide");
 }
 
 TEST_F(ServiceTest, JobsOfAClassShareTheCores) {

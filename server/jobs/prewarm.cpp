@@ -1,0 +1,43 @@
+#include "server/jobs/prewarm.h"
+
+#include <algorithm>
+#include <exception>
+
+namespace photond {
+
+std::vector<MapKey> prewarm_keys(const PrewarmSpec& spec, const Digest& content) {
+  std::vector<MapKey> keys{guide_key(content, spec.photons)};
+  for (std::uint32_t pass = 0; pass < spec.passes; ++pass) keys.push_back({content, spec.photons, pass});
+  return keys;
+}
+
+// What fails is not there, and the job that needs it tells why.
+bool Prewarm::step() {
+  bool more = false;
+  try {
+    more = advance().ok() && !missing_.empty();
+  } catch (const std::exception&) {
+    more = false;
+  }
+  if (!more) scene_.reset();
+  ended_ = !more;
+  return more;
+}
+
+Status Prewarm::advance() {
+  if (execution_.cancelled()) return cancelled();
+  if (!scene_) {
+    auto scene = scenes_.prepared(spec_.scene, execution_);
+    if (!scene) return scene.error();
+    scene_ = std::move(*scene);
+    missing_ = prewarm_keys(spec_, scene_->digest);
+    std::reverse(missing_.begin(), missing_.end());
+    return Done{};
+  }
+  const MapKey key = missing_.back();
+  missing_.pop_back();
+  const auto answer = maps_.get(*scene_, key, execution_, true);
+  return answer ? Status(Done{}) : Status(answer.error());
+}
+
+}  // namespace photond

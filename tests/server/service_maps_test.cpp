@@ -1,0 +1,150 @@
+#include <algorithm>
+#include <thread>
+
+#include "tests/server/service_fixture.h"
+#include "tests/support/temporary_folder.h"
+
+namespace photond::test {
+namespace {
+
+using nlohmann::json;
+
+class ServiceMapsTest : public ServiceTest {
+ protected:
+  void SetUp() override { restart(); }
+
+  void restart() {
+    ServiceOptions options;
+    options.data_dir = folder_.path().string();
+    start(options);
+  }
+  json maps() { return json::parse(get(port_, "/v1/maps").body); }
+  json map_list() { return maps()["maps"]; }
+  Reply prewarm(const std::string& scene, const std::string& fields = "") {
+    return post_json(port_, "/v1/maps", "{\"scene\":\"" + scene + R"(","photons_per_pass":2000)" + fields + "}");
+  }
+  /// Asks until all maps are there.
+  json wait_for_maps(const std::string& scene, const std::string& fields = "") {
+    for (int i = 0; i < 600; ++i) {
+      const Reply reply = prewarm(scene, fields);
+      if (reply.status != 202) return json::parse(reply.body);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    ADD_FAILURE() << "the maps are not built";
+    return {};
+  }
+
+  TemporaryFolder folder_;
+  const std::string job_ = R"("method":"progressive","photons_per_pass":2000,"stop":{"passes":3})";
+};
+
+TEST_F(ServiceMapsTest, ARestartFindsTheMaps) {
+  const json cold = wait_for_end(submit(upload(), job_));
+  EXPECT_EQ(cold["maps"], (json{{"hits", 0}, {"disk_hits", 0}, {"misses", 4}}));
+  restart();
+  const json found = map_list();
+  EXPECT_EQ(found.size(), 4u);
+  for (const json& map : found) EXPECT_TRUE(map["disk"] == true && map["memory"] == false) << map;
+  const json warm = wait_for_end(submit(upload(), job_ + R"(,"camera":"above")"));
+  EXPECT_EQ(warm["maps"], (json{{"hits", 4}, {"disk_hits", 4}, {"misses", 0}}));
+  const json list = maps();
+  EXPECT_EQ(list["hits"], (json{{"memory", 0}, {"disk", 4}}));
+  for (const json& map : list["maps"]) {
+    EXPECT_TRUE(map["disk"] == true && map["memory"] == true) << map;
+    EXPECT_EQ(map["hits"], 1);
+    EXPECT_GT(map["build_seconds"], 0);
+  }
+  const std::string metrics = get(port_, "/metrics").body;
+  EXPECT_NE(metrics.find("photond_map_cache_hits_total{tier=\"disk\"} 4\n"), std::string::npos) << metrics;
+}
+
+TEST_F(ServiceMapsTest, PicturesDoNotDependOnWhereMapsComeFrom) {
+  const std::string first = submit(upload(), job_);
+  wait_for_end(first);
+  const Reply built = get(port_, "/v1/jobs/" + first + "/frames/latest.exr");
+  restart();
+  const std::string second = submit(upload(), job_);
+  EXPECT_EQ(wait_for_end(second)["maps"]["misses"], 0);
+  const Reply read = get(port_, "/v1/jobs/" + second + "/frames/latest.exr");
+  ASSERT_EQ(read.status, 200);
+  EXPECT_EQ(built.body, read.body);
+}
+
+TEST_F(ServiceMapsTest, PrewarmedMapsAreHits) {
+  const std::string scene = upload();
+  const Reply asked = prewarm(scene, R"(,"passes":3)");
+  EXPECT_EQ(asked.status, 202) << asked.body;
+  EXPECT_EQ(json::parse(asked.body)["keys"].size(), 4u);
+  const json ready = wait_for_maps(scene, R"(,"passes":3)");
+  EXPECT_EQ(ready["ready"], 4);
+  EXPECT_EQ(wait_for_end(submit(scene, job_))["maps"]["misses"], 0);
+}
+
+TEST_F(ServiceMapsTest, ThirtyTwoRequestsForAColdMapBuildItOnce) {
+  const std::string scene = upload();
+  std::vector<std::thread> clients;
+  for (int i = 0; i < 32; ++i) {
+    clients.emplace_back([&, i] {
+      if (i % 2 == 0) {
+        const Reply reply = prewarm(scene);
+        EXPECT_TRUE(reply.status == 200 || reply.status == 202) << reply.body;
+      } else {
+        const std::string fields = R"("method":"progressive","photons_per_pass":2000,"stop":{"passes":1})";
+        EXPECT_EQ(wait_for_end(submit(scene, fields))["state"], "succeeded");
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  wait_for_maps(scene);
+  EXPECT_EQ(maps()["misses"], 2) << "the map and the guide";
+}
+
+TEST_F(ServiceMapsTest, PinsAndEvictions) {
+  const json ready = wait_for_maps(upload());
+  const std::string key = ready["keys"][1];
+  const Reply pinned = request(port_, "POST", "/v1/maps/" + key + "/pin");
+  ASSERT_EQ(pinned.status, 200) << pinned.body;
+  EXPECT_EQ(json::parse(pinned.body)["pinned"], true);
+  restart();
+  const auto pinned_maps = [&] {
+    const json list = map_list();
+    return std::count_if(list.begin(), list.end(), [](const json& map) { return map["pinned"] == true; });
+  };
+  EXPECT_EQ(pinned_maps(), 1);
+  EXPECT_EQ(request(port_, "POST", "/v1/maps/" + key + "/unpin").status, 200);
+  EXPECT_EQ(pinned_maps(), 0);
+  EXPECT_EQ(request(port_, "DELETE", "/v1/maps/" + key).status, 204);
+  EXPECT_EQ(request(port_, "DELETE", "/v1/maps/" + key).status, 404);
+  EXPECT_EQ(request(port_, "POST", "/v1/maps/" + key + "/pin").status, 404);
+  EXPECT_EQ(request(port_, "POST", "/v1/maps/nonsense/pin").status, 404);
+  restart();
+  EXPECT_EQ(map_list().size(), 1u) << "the guide";
+}
+
+TEST_F(ServiceMapsTest, PrewarmingMistakesAreNamed) {
+  const std::string scene = upload();
+  EXPECT_EQ(post_json(port_, "/v1/maps", "{}").status, 422);
+  EXPECT_EQ(prewarm(scene, R"(,"passes":0)").status, 422);
+  EXPECT_EQ(prewarm(scene, R"(,"passes":65)").status, 422);
+  EXPECT_EQ(prewarm(scene, R"(,"camera":0)").status, 422);
+  const Reply unknown = prewarm(std::string(64, '0'));
+  EXPECT_EQ(unknown.status, 422);
+  EXPECT_EQ(json::parse(unknown.body)["pointer"], "/scene");
+}
+
+TEST_F(ServiceMapsTest, ALargeFilmIsPreviewedBeforeItsFirstPass) {
+  const std::string id = submit(upload(), R"("method":"progressive","photons_per_pass":2000,
+      "film":{"width":160,"height":120},"stop":{"passes":1})");
+  const json done = wait_for_end(id);
+  EXPECT_EQ(done["revision"], 2);
+  EXPECT_EQ(done["maps"], (json{{"hits", 0}, {"disk_hits", 0}, {"misses", 2}})) << "one map for both";
+  const Reply preview = get(port_, "/v1/jobs/" + id + "/frames/1.png");
+  EXPECT_EQ(preview.status, 200);
+  EXPECT_NE(preview.body, get(port_, "/v1/jobs/" + id + "/frames/2.png").body);
+  const json series = json::parse(get(port_, "/v1/jobs/" + id + "/series").body);
+  ASSERT_EQ(series["points"].size(), 1u) << "a preview is no point of the curve";
+  EXPECT_EQ(series["points"][0]["revision"], 2);
+}
+
+}  // namespace
+}  // namespace photond::test
