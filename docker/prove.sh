@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the steps of the Dockerfile without Docker, each stage in a chroot made by debootstrap (needs root):
 #   docker/prove.sh 12|13 FOLDER [STAGE]     FOLDER takes about 6 GB; STAGE: stop after it (client, build, test)
-# Nothing of the host is seen inside but /proc. At its end the image's own command runs in a network of its own, and
+# Nothing of the host is seen inside but /proc, and what it trusts: certificates that NODE_EXTRA_CA_CERTS names. At its end the image's own command runs in a network of its own, and
 # its own health check must find it healthy. Steps that are done are not done again.
 set -euo pipefail
 
@@ -48,6 +48,7 @@ from() {
     [[ $base == base ]] || printf '%s' "$(cat "$work/$base.folder")" >"$work/$stage.folder"
   fi
   [[ ! -f $work/$stage.folder ]] || folder=$(cat "$work/$stage.folder")
+  [[ ! -f $work/base/etc/host-certificates.pem ]] || cp "$work/base/etc/host-certificates.pem" "$work/$stage/etc/"
   mountpoint -q "$work/$stage/proc" || mount -t proc proc "$work/$stage/proc"
 }
 
@@ -96,6 +97,10 @@ run_image() {
 }
 
 arguments=(DEBIAN="$debian")
+if [[ -n ${NODE_EXTRA_CA_CERTS:-} ]]; then
+  cp "$NODE_EXTRA_CA_CERTS" "$work/base/etc/host-certificates.pem"
+  arguments+=(NODE_EXTRA_CA_CERTS=/etc/host-certificates.pem)
+fi
 user=root entry='' command='' check=''
 mapfile -t lines < <(instructions)
 for line in "${lines[@]}"; do

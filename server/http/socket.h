@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -13,8 +14,8 @@ namespace photond {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-/// How long a transfer may take: a time of grace, and then no slower than a rate. Limits the whole transfer, not
-/// every read: a client that sends a byte now and then does not get more time by it.
+/// How long a transfer may take: a time of grace, and then no slower than a rate, with no pause longer than the grace.
+/// Limits the whole transfer, not every read: a client that sends a byte now and then does not get more time by it.
 class Pace {
  public:
   static constexpr std::chrono::seconds kGrace{15};
@@ -22,7 +23,9 @@ class Pace {
 
   void moved(std::size_t bytes) { bytes_ += bytes; }
   /// When the transfer has failed unless it has moved on by then.
-  SteadyTime deadline() const { return begin_ + kGrace + std::chrono::seconds(bytes_ / kBytesPerSecond); }
+  SteadyTime deadline() const {
+    return std::min(begin_ + std::chrono::seconds(bytes_ / kBytesPerSecond), std::chrono::steady_clock::now()) + kGrace;
+  }
 
  private:
   SteadyTime begin_ = std::chrono::steady_clock::now();

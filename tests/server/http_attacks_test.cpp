@@ -50,6 +50,13 @@ std::vector<Route> test_routes() {
     });
     return response;
   };
+  const Handler large = [say](const Request&) { return say(std::string(64 << 20, 'x')); };
+  const Handler endless = [](const Request&) {
+    Response response;
+    response.content_type = "text/plain";
+    response.body = Pieces([] { return std::string(1 << 20, 'x'); });
+    return response;
+  };
   const Handler slow = [say](const Request&) {
     std::this_thread::sleep_for(300ms);
     return say("slow");
@@ -61,6 +68,8 @@ std::vector<Route> test_routes() {
           {"GET", "/stream", all, stream, {}, 0, Seat::stream},
           {"GET", "/broken", all, broken_stream, {}, 0, Seat::stream},
           {"GET", "/slow", all, slow},
+          {"GET", "/large", all, large},
+          {"GET", "/endless", all, endless, {}, 0, Seat::stream},
           {"POST", "/size", all, size, {"text/plain"}, kLimit, Seat::upload},
           {"POST", "/touch", all, size}};
 }
@@ -281,6 +290,46 @@ TEST_F(HttpAttacks, TheLogNamesRequestsAndTellsNoSecrets) {
   EXPECT_EQ(by_id["trace-1"]["complete"], true);
   EXPECT_EQ(by_id["trace-2"]["refusal"], "not_found");
   EXPECT_EQ(by_id["exception"]["what"], "secret\r\nX-Evil: 1") << "operators may know what clients may not";
+}
+
+/// These take as long as a client's grace does.
+using HttpTricklesStatistical = HttpAttacks;
+
+TEST_F(HttpTricklesStatistical, ALargeBodyThatTricklesIsGivenUp) {
+  Connection slow(port_);
+  const Clock::time_point begin = Clock::now();
+  slow.send(kUpload + "Transfer-Encoding: chunked\r\n\r\n");
+  while (!slow.closed() && Clock::now() - begin < 40s) {
+    slow.send("1\r\nx\r\n");
+    slow.read_until("", 200ms);
+  }
+  EXPECT_EQ(parse_reply(slow.read_all()).status, 400);
+  EXPECT_GT(Clock::now() - begin, Pace::kGrace - 1s) << "but not before its time";
+  EXPECT_LT(Clock::now() - begin, Pace::kGrace + 10s) << "5 s to be seen out, and a slow machine";
+}
+
+TEST_F(HttpTricklesStatistical, AnAnswerThatNobodyReadsIsGivenUp) {
+  HttpOptions options;
+  options.seats = {1, 1, 1};
+  start(options);
+  Connection stuck(port_);
+  stuck.send("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
+  std::this_thread::sleep_for(1s);
+  EXPECT_EQ(get(port_, "/query").status, 503) << "the only seat is taken";
+  std::this_thread::sleep_for(Pace::kGrace + 2s);
+  EXPECT_EQ(get(port_, "/query").status, 200);
+}
+
+TEST_F(HttpTricklesStatistical, AViewerThatTakesNothingForFifteenSecondsIsGivenUp) {
+  HttpOptions options;
+  options.seats = {1, 1, 1};
+  start(options);
+  Connection stuck(port_);
+  stuck.send("GET /endless HTTP/1.1\r\nHost: x\r\n\r\n");
+  std::this_thread::sleep_for(1s);
+  EXPECT_EQ(get(port_, "/stream").status, 503) << "the only seat is taken";
+  std::this_thread::sleep_for(17s);
+  EXPECT_EQ(get(port_, "/stream").status, 200);
 }
 
 TEST_F(HttpAttacks, NoTwoServersShareAPort) {
