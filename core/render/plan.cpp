@@ -1,6 +1,7 @@
 #include "core/render/plan.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "core/photon/shoot.h"
 #include "core/trace/medium.h"
@@ -98,6 +99,17 @@ PlanItem choose_method(const Features& features, bool sun, Method& method) {
   return {"method", true, "progressive: " + features.caster + ", and photons find the light behind it"};
 }
 
+PlanItem aim_item(const AimFinding& aim, bool uses_maps) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%.2g %% of the ordinary paths of a light reach photons' receivers by way of a caster, "
+                "%.2g %% of those aimed at it", 100 * aim.ordinary, 100 * aim.aimed);
+  return {"aim_map", aim.active && uses_maps,
+          !aim.casters   ? "no caster to aim at"
+          : !aim.reached ? "no light reaches a receiver by way of a caster"
+          : !uses_maps   ? "the method stores no photons"
+                         : text};
+}
+
 PlanItem shares_item(bool caustics, bool extended) {
   return {"mis_merge", caustics && extended,
           !caustics  ? "there are no caustics to share"
@@ -123,6 +135,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                         : plan.uses_maps        ? features.caster
                                                 : "the method stores no photons"});
   if (plan.method == Method::hybrid) plan.items.push_back(shares_item(caustics, scene.lights.extended()));
+  plan.items.push_back(aim_item(scene.aim, plan.uses_maps));
   plan.items.push_back({"volume_absorption", features.absorption,
                         features.absorption ? "a transmitting volume has an attenuation colour"
                                             : "no volume absorbs light"});

@@ -128,8 +128,9 @@ class RadianceWalk {
     if (!see_emitters_ || !scene_.scene.environment.active()) return;
     const Vec3& direction = path_.ray.direction;
     const float pdf_direct = path_.depth > 0 ? scene_.lights.pdf_environment(scene_.scene, direction) : 0;
-    const float weight =
-        hit_weight(pdf_direct) * share(path_.chained, path_.ratio, scene_.lights.environment_etendue(pdf_direct));
+    const float etendue =
+        path_.chained ? scene_.lights.environment_etendue(pdf_direct, path_.ray.origin, direction) : kInfinity;
+    const float weight = hit_weight(pdf_direct) * share(path_.chained, path_.ratio, etendue);
     radiance_ += path_.throughput * scene_.scene.environment.from(direction) * weight;
   }
 
@@ -139,7 +140,8 @@ class RadianceWalk {
     if (is_black(emitted)) return;
     const bool sampled = path_.depth > 0 && !path_.last_delta;
     const float pdf_direct = sampled ? scene_.lights.pdf_direct(path_.last_position, surface) : 0;
-    const float weight = hit_weight(pdf_direct) * share(path_.chained, path_.ratio, scene_.lights.etendue(surface));
+    const float etendue = path_.chained ? scene_.lights.etendue(surface, -path_.ray.direction) : kInfinity;
+    const float weight = hit_weight(pdf_direct) * share(path_.chained, path_.ratio, etendue);
     radiance_ += path_.throughput * emitted * weight;
   }
 

@@ -70,14 +70,6 @@ DirectSample sample_punctual(const PunctualLight& light, const Vec3& point, floa
   return sample;
 }
 
-// A ray towards the disc of the scene's bounding sphere that faces `direction`.
-Ray ray_from_infinity(const Vec3& center, float radius, const Vec3& direction, const Vec2& u) {
-  const Frame frame(direction);
-  const Vec2 d = square_to_disk(u) * radius;
-  // Twice the radius away: outside the sphere whatever rounding does.
-  return {center + d.x * frame.s + d.y * frame.t - 2 * radius * direction, direction};
-}
-
 }  // namespace
 
 Lights::Lights(const Scene& scene, const Bounds3& bounds) {
@@ -181,21 +173,42 @@ DirectSample Lights::sample_triangle(const Scene& scene, std::uint32_t light, co
   if (cos_l == 0) return {};
   sample.pdf_w = choice_.pdf(light) * distance_sq / (cos_l * area);
   sample.radiance = emitted_radiance(scene, s) / sample.pdf_w;
-  sample.etendue = emitters_[light].etendue;
+  sample.etendue = triangle_etendue(light, s.position, -sample.wi, aim_of(light), Aim::kNone);
   sample.target = spawn_point(s.position, s.ng, s.extent, -sample.wi);
   return sample;
 }
 
-EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, Rng& rng) const {
+// From the density of ordinary emission, |cos θ|/π of a side's, and of the aim.
+float Lights::triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
+                               std::uint32_t drawn) const {
+  const EmitterTriangle& emitter = emitters_[light];
+  if (aim.share() == 0) return emitter.etendue;
+  const float projected = std::abs(glm::dot(emitter.normal, direction)) * emitter.area / choice_.pdf(light);
+  const float ordinary = projected / emitter.etendue;
+  const float pdf_w = (1 - aim.share()) * ordinary + aim.share() * aim.pdf_w(point, direction, drawn);
+  return pdf_w > 0 ? projected / pdf_w : kInfinity;
+}
+
+EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const {
   const Vec2 uv = square_to_triangle(rng.next2());
-  const Vec3 local = square_to_cosine_hemisphere(rng.next2());
   SurfacePoint s = emitter_point(scene, light, uv);
-  if (s.material->double_sided) {
-    s.front = rng.next() < 0.5f;
+  std::uint32_t drawn = Aim::kNone;
+  Vec3 direction;
+  if (aim.share() > 0 && rng.next() < aim.share()) {
+    drawn = aim.choose(rng.next());
+    direction = aim.direction(s.position, drawn, rng.next2());
+    s.front = glm::dot(direction, s.ng) > 0;
     if (!s.front) s.ng = -s.ng;
+  } else {
+    const Vec3 local = square_to_cosine_hemisphere(rng.next2());
+    if (s.material->double_sided) {
+      s.front = rng.next() < 0.5f;
+      if (!s.front) s.ng = -s.ng;
+    }
+    direction = Frame(s.ng).to_world(local);
   }
-  return {spawn_ray(s, Frame(s.ng).to_world(local)), emitted_radiance(scene, s) * emitters_[light].etendue,
-          emitters_[light].etendue};
+  const float etendue = triangle_etendue(light, s.position, direction, aim, drawn);
+  return {spawn_ray(s, direction), emitted_radiance(scene, s) * etendue, etendue};
 }
 
 EmittedFlux Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k,
@@ -203,7 +216,7 @@ EmittedFlux Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng&
   if (light >= emitters_.size()) return {};
   const EmitterTriangle& emitter = emitters_[light];
   const Material& material = scene.materials[emitter.material];
-  if (material.emission_texture.used()) return {};
+  if (material.emission_texture.used() || aim_of(light).share() > 0) return {};
   lanes.origin.set(k, emitter.origin);
   lanes.ab.set(k, emitter.ab);
   lanes.ac.set(k, emitter.ac);
@@ -235,7 +248,7 @@ DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const 
   DirectSample sample;
   sample.wi = environment.wi;
   sample.pdf_w = choice * environment.pdf_w;
-  sample.etendue = environment_etendue(sample.pdf_w);
+  sample.etendue = environment_etendue(sample.pdf_w, point, sample.wi);
   sample.radiance = environment.radiance / sample.pdf_w;
   sample.infinite = true;
   return sample;
@@ -256,36 +269,104 @@ float Lights::pdf_environment(const Scene& scene, const Vec3& direction) const {
   return choice_.pdf(static_cast<std::size_t>(environment_)) * scene.environment.pdf_w(direction);
 }
 
-float Lights::etendue(const SurfacePoint& s) const {
+float Lights::etendue(const SurfacePoint& s, const Vec3& direction) const {
   const std::uint32_t first = first_of_instance_[s.instance];
-  return first == kNoLight ? kInfinity : emitters_[first + s.triangle].etendue;
+  if (first == kNoLight) return kInfinity;
+  const std::uint32_t light = first + s.triangle;
+  return triangle_etendue(light, s.position, direction, aim_of(light), Aim::kNone);
 }
 
-float Lights::environment_etendue(float pdf) const {
-  return pdf > 0 ? kPi * radius_ * radius_ / pdf : kInfinity;   // through a disc as large as the scene
+float Lights::environment_etendue(float pdf, const Vec3& point, const Vec3& from) const {
+  if (!(pdf > 0)) return kInfinity;
+  const Aim& aim = aim_of(static_cast<std::uint32_t>(environment_));
+  return 1 / (pdf * line_pdf(point, from, aim, Aim::kNone));
 }
 
-EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, Rng& rng) const {
-  if (index < emitters_.size()) return emit_triangle(scene, index, rng);
+// Density, per area across them, of the lines along `direction` that are emitted: through the disc that the scene's
+// bounding sphere fills, or aimed. Not zero for lines that meet the scene.
+float Lights::line_pdf(const Vec3& point, const Vec3& direction, const Aim& aim, std::uint32_t drawn) const {
+  const float radius_sq = radius_ * radius_;
+  const float ordinary = kInvPi / radius_sq;
+  if (aim.share() == 0) return ordinary;
+  const Vec3 beside = glm::cross(point - center_, direction);
+  const bool outside = drawn != Aim::kNone && glm::dot(beside, beside) > radius_sq;
+  return (outside ? 0 : (1 - aim.share()) * ordinary) + aim.share() * aim.pdf_a(point, direction, drawn);
+}
+
+// A ray along `direction` that starts outside of the scene, and its `line_pdf`.
+Ray Lights::ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, float& pdf_a) const {
+  Vec3 place;
+  std::uint32_t drawn = Aim::kNone;
+  if (aim.share() > 0 && rng.next() < aim.share()) {
+    drawn = aim.choose(rng.next());
+    place = aim.place(direction, drawn, rng.next2());
+    place -= glm::dot(place - center_, direction) * direction;
+  } else {
+    const Frame frame(direction);
+    const Vec2 d = square_to_disk(rng.next2()) * radius_;
+    place = center_ + d.x * frame.s + d.y * frame.t;
+  }
+  pdf_a = line_pdf(place, direction, aim, drawn);
+  // Twice the radius away: outside the sphere whatever rounding does.
+  return {place - 2 * radius_ * direction, direction};
+}
+
+EmissionSample Lights::emit_point(const PunctualLight& light, float choice, const Aim& aim, Rng& rng) const {
+  const bool spot = light.type == LightType::spot;
+  const float cone_pdf = spot ? square_to_cone_pdf(light.cos_outer) : kSpherePdf;
+  std::uint32_t drawn = Aim::kNone;
+  Vec3 direction;
+  if (aim.share() > 0 && rng.next() < aim.share()) {
+    drawn = aim.choose(rng.next());
+    direction = aim.direction(light.position, drawn, rng.next2());
+  } else if (spot) {
+    direction = Frame(light.direction).to_world(square_to_cone(rng.next2(), light.cos_outer));
+  } else {
+    direction = square_to_sphere(rng.next2());
+  }
+  const float cosine = glm::dot(direction, light.direction);
+  if (spot && drawn != Aim::kNone && cosine < light.cos_outer) return {{light.position, direction}};
+  float pdf_w = cone_pdf;
+  if (aim.share() > 0) {
+    pdf_w = (1 - aim.share()) * cone_pdf + aim.share() * aim.pdf_w(light.position, direction, drawn);
+  }
+  return {{light.position, direction}, light.intensity * (spot_attenuation(light, cosine) / (pdf_w * choice))};
+}
+
+EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, const Aim& aim, Rng& rng) const {
+  if (index < emitters_.size()) return emit_triangle(scene, index, aim, rng);
   const Light& light = lights_[index];
   const float choice = choice_.pdf(index);
+  float pdf_a = 0;
   if (light.kind == Light::Kind::environment) {
     const EnvironmentSample from = scene.environment.sample(rng.next2());
-    const Ray ray = ray_from_infinity(center_, radius_, -from.wi, rng.next2());
-    const float etendue = environment_etendue(choice * from.pdf_w);
+    const Ray ray = ray_from_infinity(-from.wi, aim, rng, pdf_a);
+    const float etendue = 1 / (choice * from.pdf_w * pdf_a);
     return {ray, from.radiance * etendue, etendue};
   }
   const PunctualLight& source = scene.lights[light.index];
-  if (source.type == LightType::directional) {
-    const Ray ray = ray_from_infinity(center_, radius_, source.direction, rng.next2());
-    return {ray, source.intensity * (kPi * radius_ * radius_ / choice)};
+  if (source.type != LightType::directional) return emit_point(source, choice, aim, rng);
+  const Ray ray = ray_from_infinity(source.direction, aim, rng, pdf_a);
+  return {ray, source.intensity / (pdf_a * choice)};
+}
+
+std::vector<LightGroup> Lights::groups() const {
+  std::vector<LightGroup> groups;
+  for (std::uint32_t i = 0; i < lights_.size(); ++i) {
+    const bool same = i < emitters_.size() && !groups.empty() && lights_[i].instance == lights_[groups.back().first].instance;
+    if (same) {
+      ++groups.back().count;
+    } else {
+      groups.push_back({i, 1});
+    }
   }
-  if (source.type == LightType::point) {
-    return {{source.position, square_to_sphere(rng.next2())}, source.intensity * (4 * kPi / choice)};
-  }
-  const Vec3 local = square_to_cone(rng.next2(), source.cos_outer);
-  const float scale = spot_attenuation(source, local.z) / (square_to_cone_pdf(source.cos_outer) * choice);
-  return {{source.position, Frame(source.direction).to_world(local)}, source.intensity * scale};
+  return groups;
+}
+
+void Lights::set_aim(const LightGroup& group, Aim aim) {
+  aim_of_.resize(lights_.size(), 0);
+  std::fill_n(aim_of_.begin() + group.first, group.count, static_cast<std::uint32_t>(aims_.size()));
+  aims_.push_back(std::move(aim));
 }
 
 }  // namespace photond

@@ -7,6 +7,7 @@
 #include "core/math/lanes.h"
 #include "core/math/rng.h"
 #include "core/scene/scene.h"
+#include "core/trace/aim.h"
 #include "core/trace/surface.h"
 
 namespace photond {
@@ -69,6 +70,12 @@ struct EmittedFlux {
   float etendue = 0;
 };
 
+/// Lights that belong together: the triangles of an emissive instance, or one other light.
+struct LightGroup {
+  std::uint32_t first = 0;
+  std::uint32_t count = 1;
+};
+
 /// The emitters of a scene: chosen in proportion to power, with a floor that keeps dim lights alive.
 class Lights {
  public:
@@ -90,11 +97,11 @@ class Lights {
   /// The same for the environment in a direction.
   float pdf_environment(const Scene& scene, const Vec3& direction) const;
 
-  /// EmissionSample::etendue of a path that leaves the emitter surface `s`: the inverse of the density with which
-  /// `sample_emission` finds it, per area and projected solid angle. Infinite where `s` is not a light.
-  float etendue(const SurfacePoint& s) const;
-  /// The same for a path from the environment, from a direction with that `pdf_environment`.
-  float environment_etendue(float pdf) const;
+  /// EmissionSample::etendue of a path that leaves the emitter surface `s` in a direction: the inverse of the density
+  /// with which `sample_emission` finds it, per area and projected solid angle. Infinite where `s` is not a light.
+  float etendue(const SurfacePoint& s, const Vec3& direction) const;
+  /// The same for a path from the environment that arrives at `point` from a direction with that `pdf_environment`.
+  float environment_etendue(float pdf, const Vec3& point, const Vec3& from) const;
   /// Whether any light has an étendue: whether paths that are traced from the eye can meet light at all.
   bool extended() const { return !emitters_.empty() || environment_ >= 0; }
 
@@ -105,14 +112,24 @@ class Lights {
 
   /// The same in two steps: which light, for u in [0, 1), and the path that leaves it.
   std::uint32_t choose(float u) const { return choice_.sample(u); }
-  EmissionSample sample_emission(const Scene& scene, std::uint32_t light, Rng& rng) const;
+  EmissionSample sample_emission(const Scene& scene, std::uint32_t light, Rng& rng) const {
+    return sample_emission(scene, light, aim_of(light), rng);
+  }
+  /// The same as if the light had that aim.
+  EmissionSample sample_emission(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const;
+
+  std::vector<LightGroup> groups() const;
+  /// Probability with which `choose` returns the light.
+  float probability(std::uint32_t light) const { return choice_.pdf(light); }
+  /// From now on the group's paths are emitted with that aim.
+  void set_aim(const LightGroup& group, Aim aim);
 
   /// Asks the cache for a light.
   void prefetch(std::uint32_t light) const {
     if (light < emitters_.size()) __builtin_prefetch(&emitters_[light]);
   }
   /// Fills lane k of what comes into `lanes` with a path from the light and returns what it carries; nothing happens,
-  /// and the flux is black, unless the light is a triangle of one colour.
+  /// and the flux is black, unless the light is a triangle of one colour without aim.
   EmittedFlux begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k, EmissionLanes& lanes) const;
 
  private:
@@ -121,7 +138,13 @@ class Lights {
   SurfacePoint emitter_point(const Scene& scene, std::uint32_t light, const Vec2& uv) const;
   double triangle_power(const Scene& scene, std::uint32_t light) const;
   DirectSample sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const;
-  EmissionSample emit_triangle(const Scene& scene, std::uint32_t light, Rng& rng) const;
+  const Aim& aim_of(std::uint32_t light) const { return aims_[aim_of_.empty() ? 0 : aim_of_[light]]; }
+  EmissionSample emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const;
+  EmissionSample emit_point(const PunctualLight& light, float choice, const Aim& aim, Rng& rng) const;
+  Ray ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, float& pdf_a) const;
+  float triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
+                         std::uint32_t drawn) const;
+  float line_pdf(const Vec3& point, const Vec3& direction, const Aim& aim, std::uint32_t drawn) const;
 
   std::vector<Light> lights_;                     // triangles first
   std::vector<EmitterTriangle> emitters_;         // one for each of the triangles among lights_
@@ -129,6 +152,8 @@ class Lights {
   AliasTable choice_;
   std::vector<std::uint32_t> first_of_instance_;  // index of the light of an emissive instance's first triangle
   std::int64_t environment_ = -1;                 // index into lights_
+  std::vector<Aim> aims_ = {Aim()};               // the first is none
+  std::vector<std::uint32_t> aim_of_;             // for each light, into aims_; empty where none aims
   Vec3 center_{0};
   float radius_ = 0;
   double total_power_ = 0;

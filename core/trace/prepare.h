@@ -7,6 +7,7 @@
 #include "core/base/result.h"
 #include "core/scene/scene.h"
 #include "core/trace/accel.h"
+#include "core/trace/learn_aim.h"
 #include "core/trace/lights.h"
 #include "core/trace/placed_mesh.h"
 
@@ -20,6 +21,7 @@ struct PreparedScene {
   Bounds3 bounds;
   Accel accel;
   Lights lights;
+  AimFinding aim;                    ///< what the lights aim at, and why
   std::vector<PlacedMesh> placed;    ///< for each instance, and none
   std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each
   std::uint64_t memory_bytes = 0;    ///< estimate: scene, textures and accelerator

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/math/alias_table.h"
+#include "core/math/rng.h"
+#include "core/math/types.h"
+
+namespace photond {
+
+/// A place worth aiming at.
+struct Ball {
+  Vec3 center{0};
+  float radius = 0;
+};
+
+/// How a light emits towards balls: some of its paths go to one of them, chosen with fixed probabilities, uniformly
+/// over the directions (from a point) or over the disc (along a direction) that the ball fills. The others leave as
+/// ever, so that no path is lost: densities are those of the mixture.
+class Aim {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  /// Aims at nothing.
+  Aim() = default;
+  /// A `share` of the paths, in (0, 1], goes to the balls in proportion to `weights`.
+  Aim(std::span<const Ball> balls, std::span<const double> weights, float share);
+
+  /// Share of the paths that aim.
+  float share() const { return share_; }
+  /// A ball.
+  std::uint32_t choose(float u) const { return choice_.sample(u); }
+
+  /// A direction from `point` towards the ball.
+  Vec3 direction(const Vec3& point, std::uint32_t ball, const Vec2& u) const;
+  /// Density per solid angle of `direction` over all balls. `drawn`: the ball that the direction was drawn for, which
+  /// counts whatever rounding says.
+  float pdf_w(const Vec3& point, const Vec3& direction, std::uint32_t drawn = kNone) const;
+
+  /// A point on the disc that faces `direction` through the ball's centre.
+  Vec3 place(const Vec3& direction, std::uint32_t ball, const Vec2& u) const;
+  /// Density per area across `direction` of the lines through `point` over all balls.
+  float pdf_a(const Vec3& point, const Vec3& direction, std::uint32_t drawn = kNone) const;
+
+ private:
+  // Sums `density(ball)` over the balls that the line meets.
+  template <class Density>
+  float sum(const Vec3& point, const Vec3& direction, std::uint32_t drawn, bool forward, const Density& density) const;
+
+  float share_ = 0;
+  std::vector<Ball> balls_;
+  AliasTable choice_;
+};
+
+}  // namespace photond

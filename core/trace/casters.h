@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "core/scene/scene.h"
+#include "core/trace/aim.h"
+
+namespace photond {
+
+/// Whether a surface of the material can bundle light by itself: glass, or metal too polished for photons to be
+/// gathered on it. Coats do not count: what they reflect is a small share everywhere.
+bool bundles_light(const Material& material);
+
+/// Balls around all triangles of such materials, at most `most`, small where they lie apart. The scene is prepared.
+std::vector<Ball> caster_balls(const Scene& scene, std::size_t most);
+
+}  // namespace photond
