@@ -9,6 +9,7 @@ export default defineConfig({
     target: 'es2022',
     assetsInlineLimit: 0, // no data: URIs, so that a strict content security policy holds
     modulePreload: { polyfill: false },
+    rollupOptions: { input: { index: 'index.html', docs: 'docs.html' } },
   },
   server: { proxy: { '/v1': service, '/healthz': service } },
   test: { include: ['test/**/*.test.ts'] },

@@ -1,9 +1,11 @@
 #include "server/service.h"
 
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "server/api/api.h"
+#include "server/api/contract.h"
 #include "server/api/openapi.h"
 #include "server/http/routes.h"
 #include "server/http/server.h"
@@ -35,6 +37,26 @@ ApiLimits api_limits(const ServiceOptions& options) {
   return limits;
 }
 
+std::optional<KeyFile> key_file(const ServiceOptions& options) {
+  if (options.data_dir.empty()) return std::nullopt;
+  return KeyFile(options.data_dir);
+}
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host == "::1" || host.starts_with("127.");
+}
+
+/// Others than this machine may ask only with keys, or if somebody said that all may.
+Status check_exposure(const ServiceOptions& options) {
+  if (options.insecure || is_loopback(options.host)) return Done{};
+  const auto file = key_file(options);
+  const Result<std::vector<KeyRecord>> keys = file ? file->read() : std::vector<KeyRecord>{};
+  if (!keys) return keys.error();
+  if (!keys->empty()) return Done{};
+  return invalid_input("everybody who reaches " + options.host +
+                       " could use this service: make a key (photond key create --scope admin --data DIR), or say --insecure");
+}
+
 Status check_options(const ServiceOptions& options) {
   if (options.port < 0 || options.port > 65'535) return invalid_input("the port must be from 0 to 65535");
   if (options.threads < 0 || options.threads > 1024) return invalid_input("threads must be from 0 to 1024");
@@ -50,12 +72,14 @@ struct Service::State {
   State(const ServiceOptions& o, Contract c, std::unique_ptr<MapFiles> map_files)
       : options(o),
         contract(std::move(c)),
+        keys(key_file(o)),
         store(o.scene_store_bytes),
         jobs(store, job_limits(o), std::move(map_files)),
-        api(store, jobs, counts, contract, api_limits(o)) {}
+        api(store, jobs, counts, contract, keys, api_limits(o)) {}
 
   const ServiceOptions options;
   const Contract contract;
+  const Keyring keys;
   MemoryStore store;
   RequestCounts counts;
   Jobs jobs;
@@ -65,6 +89,7 @@ struct Service::State {
 
 Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
   if (const Status fine = check_options(options); !fine) return fine.error();
+  if (const Status fine = check_exposure(options); !fine) return fine.error();
   StaticFiles files;
   if (!options.client_dir.empty()) {
     Result<StaticFiles> loaded = StaticFiles::load(options.client_dir);

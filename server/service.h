@@ -13,9 +13,10 @@ namespace photond {
 struct ServiceOptions {
   std::string host = "127.0.0.1";
   int port = 8080;                               ///< 0: any free port, see Service::port
+  bool insecure = false;                         ///< serve a public address though no keys exist
   std::string samples_dir;                       ///< *.glb listed as sample scenes; empty: none
   std::string client_dir;                        ///< the built web client (index.html inside); empty: none
-  std::string data_dir;                          ///< where state is kept; empty: in memory only
+  std::string data_dir;                          ///< where state is kept, keys too; empty: in memory only, no keys
   int threads = 0;                               ///< render threads; 0: one per core
   std::uint64_t map_cache_bytes = 1ull << 30;    ///< photon maps kept for later jobs
   std::uint64_t map_disk_bytes = 8ull << 30;     ///< photon maps kept on disk, in data_dir

@@ -1,5 +1,6 @@
 import { reached } from './events';
 import type { FrameKey } from './frames';
+import { fetch_with_key } from './key';
 import { WireError, type Parser } from './parse';
 import {
   parse_info, parse_job, parse_jobs, parse_problem, parse_report, parse_scenes, parse_series,
@@ -53,8 +54,8 @@ export function describe(failure: Failure): string {
 /** The picture of `key`, or the newest where that one is not kept any more; null where there is none to be had. */
 export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<FramePicture | null> {
   const format = key.lossless ? 'png' : 'jpg';
-  let response = await reached(fetch(frame_url(key.job, key.revision, format), { signal }));
-  if (response?.status === 404) response = await reached(fetch(frame_url(key.job, 'latest', format), { signal }));
+  let response = await reached(fetch_with_key(frame_url(key.job, key.revision, format), { signal }));
+  if (response?.status === 404) response = await reached(fetch_with_key(frame_url(key.job, 'latest', format), { signal }));
   if (!response || response.status !== 200) return null;
   const blob = await reached(response.blob());
   if (!blob) return null;
@@ -68,7 +69,7 @@ function revision_of(response: Response): number | null {
 }
 
 async function ask<T>(path: string, parser: Parser<T>, init: RequestInit = {}): Promise<Answer<T>> {
-  const response = await reached(fetch(path, { cache: 'no-store', ...init }));
+  const response = await reached(fetch_with_key(path, { cache: 'no-store', ...init }));
   const body = response && await reached(response.text());
   if (!response || body === null) return { ok: false, failure: { kind: 'away' } };
   if (!response.ok) return { ok: false, failure: refusal(response.status, body) };

@@ -1,3 +1,4 @@
+import { fetch_with_key } from './key';
 import { SseParser, type SseMessage } from './sse';
 
 const kSilenceMs = 40_000; // the server's heartbeat comes every 15 s
@@ -53,7 +54,7 @@ async function connect(
   try {
     const headers: Record<string, string> = { Accept: 'text/event-stream' };
     if (parser.last_id) headers['Last-Event-ID'] = parser.last_id;
-    const response = await reached(fetch(url, { headers, cache: 'no-store', signal: silence.signal }));
+    const response = await reached(fetch_with_key(url, { headers, cache: 'no-store', signal: silence.signal }));
     if (!response?.ok || !response.body) return false;
     if (!ended.aborted) handlers.on_open();
     const reader = response.body.getReader();

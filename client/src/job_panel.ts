@@ -2,6 +2,7 @@ import { frame_url } from './api';
 import { draw_chart } from './chart';
 import { by_id, make, set_children, set_text } from './dom';
 import { format_count, format_percent, format_seconds } from './format';
+import { save_with_key } from './key_dialog';
 import { kMethodNames, kStateNames, job_title } from './names';
 import { scene_name, watched_job, type State } from './state';
 import { is_terminal, type Job, type Plan } from './wire';
@@ -121,6 +122,7 @@ function render_downloads(job: Job, scene: string): void {
     link.hidden = job.revision === 0;
     link.setAttribute('href', frame_url(job.id, 'latest', format));
     link.setAttribute('aria-label', `Download ${format.toUpperCase()}`);
+    link.onclick = save_with_key;
     link.download = `${file_stem(scene)}-${job.id}.${format}`;
   }
 }

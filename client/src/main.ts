@@ -5,6 +5,7 @@ import { FrameLoader } from './frames';
 import { JobForm } from './job_form';
 import { JobList } from './job_list';
 import { JobPanel } from './job_panel';
+import { set_up_key } from './key_dialog';
 import { kStateNames, job_title } from './names';
 import { WireError } from './parse';
 import type { SseMessage } from './sse';
@@ -199,6 +200,7 @@ function announce_frame(job: string, { revision, state: now }: Pick<Job, 'revisi
 addEventListener('hashchange', watch_hash);
 document.addEventListener('visibilitychange', follow_events);
 
+set_up_key();
 render();
 watch_hash();
 follow_events();

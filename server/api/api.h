@@ -3,13 +3,15 @@
 #include <cstdint>
 #include <string>
 
-#include "server/api/contract.h"
+#include "server/api/authorize.h"
 #include "server/api/message.h"
 #include "server/api/request_counts.h"
 #include "server/jobs/jobs.h"
 #include "server/store/store.h"
 
 namespace photond {
+
+class Contract;
 
 /// Limits that belong to the interface rather than to the work; shown by /v1/info.
 struct ApiLimits {
@@ -25,10 +27,13 @@ struct ApiLimits {
 class Api {
  public:
   /// All references must outlive the object.
-  Api(Store& store, Jobs& jobs, const RequestCounts& counts, const Contract& contract, const ApiLimits& limits)
-      : store_(store), jobs_(jobs), counts_(counts), contract_(contract), limits_(limits) {}
+  Api(Store& store, Jobs& jobs, const RequestCounts& counts, const Contract& contract, const Keyring& keys,
+      const ApiLimits& limits)
+      : store_(store), jobs_(jobs), counts_(counts), contract_(contract), keys_(keys), limits_(limits) {}
 
   const Contract& contract() const { return contract_; }
+  const Keyring& keys() const { return keys_; }
+  OpenStreams& streams() { return streams_; }
   const ApiLimits& limits() const { return limits_; }
 
   // system_handlers.cpp
@@ -77,7 +82,9 @@ class Api {
   Jobs& jobs_;
   const RequestCounts& counts_;
   const Contract& contract_;
+  const Keyring& keys_;
   const ApiLimits limits_;
+  OpenStreams streams_;
 };
 
 }  // namespace photond

@@ -35,19 +35,19 @@ class ParameterCheck {
     std::size_t placeholder = 0;
     for (const Parameter& parameter : operation_.parameters) {
       switch (parameter.place) {
-        case Place::path:
+        case ParameterIn::path:
           take(parameter, "{" + parameter.name + "}", &request_.captures.at(placeholder++));
           break;
-        case Place::query:
+        case ParameterIn::query:
           query(parameter);
           break;
-        case Place::header: {
+        case ParameterIn::header: {
           const std::string text = request_.header(lower(parameter.name));
           take(parameter, parameter.name, text.empty() ? nullptr : &text);
           break;
         }
       }
-      if (parameter.place == Place::path) wrong_path = wrong_path || !found.empty();
+      if (parameter.place == ParameterIn::path) wrong_path = wrong_path || !found.empty();
     }
     unknown_query();
   }
@@ -79,7 +79,7 @@ class ParameterCheck {
     for (const auto& [name, value] : request_.query) {
       const bool known = std::any_of(operation_.parameters.begin(), operation_.parameters.end(),
                                      [&name = name](const Parameter& parameter) {
-                                       return parameter.place == Place::query && parameter.name == name;
+                                       return parameter.place == ParameterIn::query && parameter.name == name;
                                      });
       const std::string place = "?" + name.substr(0, 64);
       if (!known && found.size() < 32) found.push_back({place, place + " is not a known parameter"});
@@ -117,7 +117,7 @@ std::optional<Response> check_body(const Operation& operation, Request& request)
   Result<Json> json = parse_json(request.body);
   if (!json) return problem(400, "invalid_json", json.error().message);
   const std::vector<Violation> found = check_value(*media->second, *json);
-  if (!found.empty()) return problem(422, "invalid_input", found);
+  if (!found.empty()) return problem(422, "invalid_body", found);
   request.json = std::make_shared<const Json>(std::move(*json));
   return std::nullopt;
 }

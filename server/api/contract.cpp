@@ -32,6 +32,7 @@ class ContractReader {
         read(source, where + "/" + method, operation);
       }
     }
+    check_links();
     if (error_) return *error_;
     return std::move(operations_);
   }
@@ -86,10 +87,22 @@ class ContractReader {
     only(source, where,
          {"operationId", "summary", "description", "tags", "parameters", "requestBody", "responses", "security"});
     operation.id = text(source, where, "operationId");
+    operation.scope = scope(source, where);
     if (source.contains("parameters")) parameters(source["parameters"], where + "/parameters", operation);
     if (source.contains("requestBody")) body(source["requestBody"], where + "/requestBody", operation);
     for (const auto& [status, response] : member(source, where, "responses").items())
       operation.answers.emplace(status, answer(response, where + "/responses/" + status));
+  }
+
+  /// `security` is [] where no key is needed, or [{"key": ["read"]}].
+  std::optional<Scope> scope(const Json& operation, const std::string& where) {
+    const bool own = operation.contains("security");
+    const Json& security = own ? operation["security"] : member(document_, "", "security");
+    if (security == Json::array()) return std::nullopt;
+    const Json* name = find_pointer(security, "/0/key/0");
+    const auto scope = name != nullptr && name->is_string() ? scope_from_name(name->get<std::string>()) : std::nullopt;
+    if (!scope || security.size() != 1) fail("security must name one scope of a key", where);
+    return scope;
   }
 
   void parameters(const Json& list, const std::string& where, Operation& operation) {
@@ -100,8 +113,8 @@ class ContractReader {
       Parameter parameter;
       parameter.name = text(source, at, "name");
       const std::string place = text(source, at, "in");
-      if (place == "path") parameter.place = Place::path;
-      else if (place == "header") parameter.place = Place::header;
+      if (place == "path") parameter.place = ParameterIn::path;
+      else if (place == "header") parameter.place = ParameterIn::header;
       else if (place != "query") fail("in must be path, query or header", at);
       parameter.required = source.contains("required") && source["required"] == true;
       parameter.schema = schema(at + "/schema");
@@ -130,6 +143,7 @@ class ContractReader {
     only(source, where, {"description", "content", "headers", "links"});
     Answer answer;
     if (source.contains("content")) answer.content = content(source["content"], where + "/content");
+    if (source.contains("links")) links(source["links"], where + "/links");
     if (!source.contains("headers")) return answer;
     for (const auto& [name, entry] : source["headers"].items()) {
       std::string at = where + "/headers/" + name;
@@ -140,9 +154,31 @@ class ContractReader {
     return answer;
   }
 
+  void links(const Json& source, const std::string& where) {
+    for (const auto& [name, link] : source.items()) {
+      only(link, where + "/" + name, {"operationId", "parameters", "description"});
+      linked_.emplace_back(text(link, where + "/" + name, "operationId"), &link);
+    }
+  }
+
+  /// Links lead to operations that are there, and set parameters that these have.
+  void check_links() {
+    for (const auto& [id, link] : linked_) {
+      const auto operation = std::find_if(operations_.begin(), operations_.end(),
+                                          [&id = id](const Operation& candidate) { return candidate.id == id; });
+      if (operation == operations_.end()) return fail("a link leads to " + id + ", which is not there", "");
+      for (const auto& [name, value] : member(*link, "", "parameters").items()) {
+        const bool known = std::any_of(operation->parameters.begin(), operation->parameters.end(),
+                                       [&name = name](const Parameter& parameter) { return parameter.name == name; });
+        if (!known) fail("a link sets " + name + ", which " + id + " does not have", "");
+      }
+    }
+  }
+
   const Json& document_;
   Schemas& schemas_;
   std::vector<Operation> operations_;
+  std::vector<std::pair<std::string, const Json*>> linked_;  ///< operationId, link
   std::optional<Error> error_;
 };
 

@@ -9,14 +9,15 @@
 #include <vector>
 
 #include "server/api/schema.h"
+#include "server/store/keys.h"
 
 namespace photond {
 
-enum class Place { path, query, header };
+enum class ParameterIn { path, query, header };
 
 struct Parameter {
   std::string name;
-  Place place = Place::query;
+  ParameterIn place = ParameterIn::query;
   bool required = false;
   const Schema* schema = nullptr;
 };
@@ -32,6 +33,7 @@ struct Operation {
   std::string id;
   std::string method;   ///< "GET"
   std::string pattern;  ///< as in the table of routes
+  std::optional<Scope> scope;  ///< of the keys that may do it; nothing: it needs none
   std::vector<Parameter> parameters;
   std::map<std::string, const Schema*> body;  ///< by media type; empty: it takes none
   std::map<std::string, Answer> answers;      ///< by status, or "default"

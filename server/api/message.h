@@ -12,7 +12,16 @@
 #include <variant>
 #include <vector>
 
+#include "server/store/keys.h"
+
 namespace photond {
+
+/// Who asks, by the key that was sent; where no keys are required, nobody in particular, who may do everything.
+struct Caller {
+  std::string key;  ///< its id
+  Scope scope = Scope::admin;
+  KeyLimits limits;
+};
 
 /// A request as the handlers see it. Header values come from outside and are never echoed.
 struct Request {
@@ -24,6 +33,7 @@ struct Request {
   std::string content_type;                       ///< lower case, without parameters
   std::map<std::string, std::string> headers;     ///< names in lower case, values as sent; see `header`
   std::string peer;                               ///< the other end's address
+  Caller caller;
   std::vector<std::byte> body;
   std::shared_ptr<const nlohmann::ordered_json> parameters;  ///< of path, query and headers, checked: see query.h
   std::shared_ptr<const nlohmann::ordered_json> json;        ///< a JSON body, checked

@@ -10,6 +10,8 @@ const char* title_of(int status) {
   switch (status) {
     case 400:
       return "Bad request";
+    case 401:
+      return "Unauthorized";
     case 403:
       return "Forbidden";
     case 404:
@@ -20,6 +22,8 @@ const char* title_of(int status) {
       return "Conflict";
     case 411:
       return "Length required";
+    case 412:
+      return "Precondition failed";
     case 413:
       return "Content too large";
     case 414:

@@ -166,9 +166,10 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
   serve->add_option("--port", options.port, "Port to listen on; 0: any free one")
       ->check(CLI::Range(0, 65535).description(""))
       ->capture_default_str();
+  serve->add_flag("--insecure", options.insecure, "Serve an address that others can reach though no keys exist");
   serve->add_option("--samples", options.samples_dir, "Folder of .glb files to offer as samples");
   serve->add_option("--client", options.client_dir, "Folder of the built web client");
-  serve->add_option("--data", options.data_dir, "Folder where photon maps are kept (default: in memory only)");
+  serve->add_option("--data", options.data_dir, "Folder where photon maps and keys are kept (default: in memory only)");
   serve->add_option("--threads", options.threads, "Render threads (default: one per core)")
       ->check(CLI::Range(0, 1024).description(""));
   add_megabytes(*serve, "--map-cache-mb", options.map_cache_bytes, "Memory for cached photon maps");
@@ -193,6 +194,32 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
   serve->add_option("--max-uploads", options.max_uploads, "Uploads at once")->capture_default_str();
   serve->add_option("--max-requests", options.max_requests, "Other requests at once")->capture_default_str();
   return serve;
+}
+
+CLI::App* add_key(CLI::App& app, KeyCommand& command) {
+  CLI::App* const key = app.add_subcommand("key", "Make, list and revoke the keys that clients of a service need");
+  key->require_subcommand(1);
+  const auto add_action = [&](const char* name, const char* description, KeyCommand::Action action) {
+    CLI::App* const one = key->add_subcommand(name, description);
+    one->add_option("--data", command.data, "Folder of the service")->required();
+    one->callback([&command, action] { command.action = action; });
+    return one;
+  };
+  CLI::App* const create = add_action("create", "Print a new key; it is shown this once", KeyCommand::Action::create);
+  create->add_option("--scope", command.scope, "read: look; submit: and render; admin: and delete what is others'")
+      ->required()
+      ->check(CLI::IsMember({"read", "submit", "admin"}).description(""));
+  create->add_option("--label", command.label, "What the list shows beside it");
+  create->add_option("--max-jobs", command.limits.jobs, "Jobs waiting and running at once");
+  create->add_option_function<std::uint64_t>(
+            "--max-mb", [&command](const std::uint64_t& mb) { command.limits.bytes = mb << 20; }, "Uploaded scenes")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 24).description(""));
+  create->add_option("--max-streams", command.limits.streams, "Event streams and long polls at once");
+  add_action("list", "List the keys", KeyCommand::Action::list);
+  add_action("revoke", "Forget a key; a running service refuses it from now on", KeyCommand::Action::revoke)
+      ->add_option("ID", command.id, "As the list shows it")
+      ->required();
+  return key;
 }
 
 /// Help and version requests succeed and go to stdout; everything else is a usage error.
@@ -233,6 +260,8 @@ int run_cli(int argc, char** argv) {
   const CLI::App* const info_app = add_info(app, info);
   const CLI::App* const compare_app = add_compare(app, compare);
   add_serve(app, service, log_level);
+  KeyCommand key;
+  const CLI::App* const key_app = add_key(app, key);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -243,6 +272,7 @@ int run_cli(int argc, char** argv) {
   if (merge_app->parsed()) return run_merge(merge);
   if (info_app->parsed()) return run_info(info);
   if (compare_app->parsed()) return run_compare(compare);
+  if (key_app->parsed()) return run_key(key);
   return run_serve(service, log_level);
 }
 

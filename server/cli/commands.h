@@ -10,6 +10,7 @@
 #include "core/render/settings.h"
 #include "server/log.h"
 #include "server/service.h"
+#include "server/store/keys.h"
 
 namespace photond {
 
@@ -67,6 +68,17 @@ struct CompareCommand {
   bool json = false;
 };
 
+/// Changes or shows the keys of a data directory.
+struct KeyCommand {
+  enum class Action { create, list, revoke };
+  Action action = Action::list;
+  std::string data;   ///< the folder of the service
+  std::string scope;
+  std::string label;
+  KeyLimits limits;
+  std::string id;     ///< to revoke
+};
+
 /// Each runs one command, prints its errors to stderr and returns the exit code (cli.h).
 int run_render(const RenderCommand& command);
 int run_task(const TaskCommand& command);
@@ -74,6 +86,7 @@ int run_merge(const MergeCommand& command);
 int run_info(const InfoCommand& command);
 int run_compare(const CompareCommand& command);
 int run_serve(const ServiceOptions& options, LogLevel log_level);
+int run_key(const KeyCommand& command);
 
 /// Prints `photond: <message>` to stderr and returns kExitUsage.
 int print_usage_error(const std::string& message);

@@ -92,9 +92,11 @@ Served Reception::answer(Arrival& arrival, const std::string& path,
     return false;
   };
   std::string allowed;
+  const std::string* resource = nullptr;  // the first pattern that matches
   for (const Route& route : routes_) {
     auto captures = match_path(route.pattern, path);
-    if (!captures) continue;
+    if (!captures || (resource != nullptr && *resource != route.pattern)) continue;
+    resource = &route.pattern;
     if (route.method != method) {
       allowed += (allowed.empty() ? "" : ", ") + route.method;
       continue;

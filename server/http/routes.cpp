@@ -4,7 +4,8 @@
 #include <functional>
 #include <utility>
 
-#include "server/api/check_request.h"
+#include "server/api/checked.h"
+#include "server/api/contract.h"
 
 namespace photond {
 
@@ -65,15 +66,13 @@ std::vector<Line> table(const ApiLimits& limits) {
   };
 }
 
-/// Checks by the contract first; what arrives at the method has its types.
 Route make_route(Api& api, Line line, const Operation& operation) {
   Route route{line.method, line.pattern, {}, {}, {}, line.max_body_bytes, line.seat};
   for (const auto& [type, schema] : operation.body) route.body_types.push_back(type);
-  route.admit = [&operation](Request& request) { return check_parameters(operation, request); };
-  route.handler = [&api, &operation, call = std::move(line.call)](Request& request) {
-    if (auto wrong = check_body(operation, request)) return std::move(*wrong);
+  route.admit = admission(api.keys(), operation);
+  route.handler = checked(operation, api.streams(), line.seat == Seat::stream, [&api, call = std::move(line.call)](Request& request) {
     return call(api, request);
-  };
+  });
   return route;
 }
 

@@ -33,7 +33,7 @@ std::string content_type_of(const fs::path& path) {
 /// The bundler writes a hash of the content into the names of everything below /assets/.
 std::string cache_rule_of(const std::string& path) {
   if (path.starts_with("/assets/")) return "public, max-age=31536000, immutable";
-  return path == "/index.html" ? "no-store" : "no-cache";
+  return path.ends_with(".html") ? "no-store" : "no-cache";
 }
 
 }  // namespace
@@ -65,7 +65,7 @@ Result<StaticFiles> StaticFiles::load(const std::string& folder) {
 }
 
 const Response* StaticFiles::find(const std::string& path) const {
-  const auto found = files_.find(path == "/" ? "/index.html" : path);
+  const auto found = files_.find(path == "/" ? "/index.html" : path == "/docs" ? "/docs.html" : path);
   return found == files_.end() ? nullptr : &found->second;
 }
 

@@ -16,7 +16,7 @@ class StaticFiles {
   /// All regular files under `folder`; links are not followed. Errors: io, limit_exceeded (64 MiB together).
   static Result<StaticFiles> load(const std::string& folder);
 
-  /// The file at `path` ("/" is "/index.html"), or null.
+  /// The file at `path` ("/" is "/index.html", "/docs" is "/docs.html"), or null.
   const Response* find(const std::string& path) const;
 
  private:

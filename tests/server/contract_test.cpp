@@ -10,7 +10,7 @@ namespace {
 
 /// A contract with one GET operation with these further members.
 std::string document(const std::string& members) {
-  return R"({"openapi":"3.1.0","info":{},"paths":{"/a/{id}":{"get":{"operationId":"a","responses":{"200":
+  return R"({"openapi":"3.1.0","info":{},"security":[],"paths":{"/a/{id}":{"get":{"operationId":"a","responses":{"200":
     {"description":"fine"}})" +
          (members.empty() ? "" : "," + members) + "}}}}";
 }
@@ -26,6 +26,8 @@ TEST(Contract, IsRefusedWhereItSaysMoreThanIsUnderstood) {
   EXPECT_EQ(refusal("{").message, "the contract is not JSON");
   const std::pair<const char*, const char*> cases[] = {
       {R"("callbacks":{})", "/paths/~1a~1{id}/get"},
+      {R"("security":[{"key":["root"]}])", "/paths/~1a~1{id}/get"},
+      {R"("security":[{"key":["read"]},{}])", "/paths/~1a~1{id}/get"},
       {R"("parameters":[{"name":"x","in":"cookie","schema":{}}])", "/paths/~1a~1{id}/get/parameters/0"},
       {R"("parameters":[{"name":"x","in":"query","schema":{},"style":"form"}])", "/paths/~1a~1{id}/get/parameters/0"},
       {R"("parameters":[{"name":"x","in":"query","schema":{"not":{}}}])", "/paths/~1a~1{id}/get/parameters/0/schema"},

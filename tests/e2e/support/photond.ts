@@ -19,12 +19,12 @@ export interface Photond {
   stop(): Promise<void>;
 }
 
-/** Starts the service on `port` (0: any free one) and resolves once it answers. */
-export async function start_photond(port = 0): Promise<Photond> {
+/** Starts the service on `port` (0: any free one), with further options, and resolves once it answers. */
+export async function start_photond(port = 0, options: string[] = []): Promise<Photond> {
   for (const [path, how] of [[kProgram, 'cmake'], [kSamples, 'cmake'], [`${kClient}/index.html`, 'npm run build']]) {
     if (!existsSync(path!)) throw new Error(`${path} is missing; make it with ${how}`);
   }
-  const child = spawn(kProgram, ['serve', '--port', String(port), '--samples', kSamples, '--client', kClient], {
+  const child = spawn(kProgram, ['serve', '--port', String(port), '--samples', kSamples, '--client', kClient, ...options], {
     stdio: ['ignore', 'pipe', 'pipe'],
   });
   const url = await announced_url(child);

@@ -1,0 +1,37 @@
+import { by_id } from './dom';
+import { fetch_with_key, has_key, use_key } from './key';
+
+const kStored = 'photond-key'; // in sessionStorage: gone with the tab
+
+/** Takes the key of this tab into use, and asks for one when the server wants it. */
+export function set_up_key(): void {
+  const dialog = by_id('key-dialog', HTMLDialogElement);
+  const input = by_id('key', HTMLInputElement);
+  use_key(sessionStorage.getItem(kStored) ?? '', () => {
+    by_id('key-unknown', HTMLElement).hidden = !has_key();
+    if (!dialog.open) dialog.showModal();
+  });
+  by_id('key-form', HTMLFormElement).addEventListener('submit', (event) => {
+    event.preventDefault();
+    sessionStorage.setItem(kStored, input.value.trim());
+    location.reload(); // everything is asked for again
+  });
+}
+
+/** Links carry no key: where there is one, the file is fetched with it and saved from memory. */
+export function save_with_key(event: MouseEvent): void {
+  const link = event.currentTarget;
+  if (!has_key() || !(link instanceof HTMLAnchorElement)) return;
+  event.preventDefault();
+  void save(link.href, link.download);
+}
+
+async function save(url: string, name: string): Promise<void> {
+  const response = await fetch_with_key(url);
+  if (!response.ok) return;
+  const saved = document.createElement('a');
+  saved.href = URL.createObjectURL(await response.blob());
+  saved.download = name;
+  saved.click();
+  setTimeout(() => URL.revokeObjectURL(saved.href), 60_000); // by then the browser has read it
+}

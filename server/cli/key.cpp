@@ -1,0 +1,69 @@
+#include <ctime>
+#include <iomanip>
+#include <iostream>
+
+#include "server/cli/cli.h"
+#include "server/cli/commands.h"
+#include "server/store/keys.h"
+
+namespace photond {
+
+namespace {
+
+std::string date_of(std::chrono::system_clock::time_point time) {
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d", &parts);
+  return text;
+}
+
+int create(const KeyFile& file, const KeyCommand& command) {
+  const auto scope = scope_from_name(command.scope);
+  if (!scope) return print_usage_error("--scope expects read, submit or admin");
+  const Result<NewKey> key = make_key(*scope, command.limits, command.label);
+  if (!key) return print_usage_error(key.error().message);
+  if (const Status added = file.add(key->record); !added) {
+    print_failure("cannot store the key", added.error());
+    return kExitFailure;
+  }
+  std::cerr << "photond: key " << key->record.id << " may " << scope_name(*scope)
+            << "; it is shown this once, only its SHA-256 is kept\n";
+  std::cout << key->secret << std::endl;
+  return kExitOk;
+}
+
+int list(const KeyFile& file) {
+  const Result<std::vector<KeyRecord>> keys = file.read();
+  if (!keys) {
+    print_failure("cannot read the keys", keys.error());
+    return kExitFailure;
+  }
+  for (const KeyRecord& key : *keys) {
+    std::cout << key.id << "  " << std::left << std::setw(6) << scope_name(key.scope) << "  " << date_of(key.created);
+    if (key.limits.jobs) std::cout << "  jobs " << *key.limits.jobs;
+    if (key.limits.bytes) std::cout << "  MB " << (*key.limits.bytes >> 20);
+    if (key.limits.streams) std::cout << "  streams " << *key.limits.streams;
+    std::cout << (key.label.empty() ? "" : "  ") << key.label << '\n';
+  }
+  return kExitOk;
+}
+
+int revoke(const KeyFile& file, const std::string& id) {
+  if (const Status revoked = file.revoke(id); !revoked) {
+    print_failure("cannot revoke", revoked.error());
+    return kExitFailure;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+int run_key(const KeyCommand& command) {
+  const KeyFile file{std::filesystem::path(command.data)};
+  if (command.action == KeyCommand::Action::create) return create(file, command);
+  return command.action == KeyCommand::Action::list ? list(file) : revoke(file, command.id);
+}
+
+}  // namespace photond

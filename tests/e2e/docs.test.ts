@@ -1,0 +1,49 @@
+import { mkdirSync } from 'node:fs';
+import { join } from 'node:path';
+import type { BrowserContext } from 'playwright-core';
+import { afterAll, beforeAll, expect, it } from 'vitest';
+import { launch } from './support/page';
+import { kPictures, start_photond, type Photond } from './support/photond';
+
+let photond: Photond;
+let context: BrowserContext;
+let close_browser: () => Promise<void>;
+
+beforeAll(async () => {
+  mkdirSync(kPictures, { recursive: true });
+  photond = await start_photond();
+  ({ context, close: close_browser } = await launch());
+});
+
+afterAll(async () => {
+  await close_browser?.();
+  await photond?.stop();
+});
+
+for (const width of [1280, 390]) {
+  it(`shows every operation and schema of the contract, ${width} pixels wide`, async () => {
+    const page = await context.newPage();
+    const errors: string[] = [];
+    page.on('console', (message) => { if (message.type() === 'error') errors.push(message.text()); });
+    page.on('pageerror', (error) => errors.push(String(error)));
+    await page.setViewportSize({ width, height: 900 });
+    await page.goto(`${photond.url}docs`);
+    const contract = await (await fetch(`${photond.url}v1/openapi.json`)).json();
+    await page.locator('#schema-JobSpec').waitFor();
+    const shown = await page.locator('main .operation').evaluateAll((cards) => cards.map((card) => card.id));
+    const paths: Record<string, Record<string, { operationId: string }>> = contract.paths;
+    const told = Object.values(paths).flatMap((methods) => Object.values(methods).map((operation) => operation.operationId));
+    expect([...shown].sort()).toEqual([...told].sort());
+    expect(await page.locator('main .schema').count()).toBe(Object.keys(contract.components.schemas).length);
+    expect(await page.locator('#submitJob').textContent()).toContain('key: submit');
+    expect(await page.locator('#schema-JobSpec').textContent()).toContain('whole number, 1 to 16384; default 512');
+    // Every link within the page leads somewhere, and nothing is wider than the page.
+    const dead = await page.locator('a[href^="#"]').evaluateAll((links) =>
+      links.map((link) => link.getAttribute('href')!.slice(1)).filter((id) => !document.getElementById(id)));
+    expect(dead).toEqual([]);
+    expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBe(width);
+    await page.screenshot({ path: join(kPictures, `docs-${width}.png`) });
+    await page.close();
+    expect(errors).toEqual([]);
+  });
+}
