@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Runs the steps of the Dockerfile without Docker, each stage in a chroot made by debootstrap (needs root):
 #   docker/prove.sh 12|13 FOLDER [STAGE]     FOLDER takes about 6 GB; STAGE: stop after it (client, build, test)
-# Nothing of the host is seen inside but /proc, and what it trusts: certificates that NODE_EXTRA_CA_CERTS names. At its end the image's own command runs in a network of its own, and
-# its own health check must find it healthy. Steps that are done are not done again.
+# Nothing of the host is seen inside but /proc, and what it trusts: certificates that NODE_EXTRA_CA_CERTS names. At its
+# end the image's own command runs in a network of its own, and its own health check must find it healthy. Steps that
+# are done are not done again; to repeat a stage, remove its folder.
 set -euo pipefail
 
 root=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
@@ -74,10 +75,12 @@ copy() {
   done
 }
 
-# Runs the image's command as its user, in a network of its own, and its health check against it.
+# Runs the image's command as its user, in a network of its own, and its health check against it. Before that a key is
+# made, as compose.yaml says: without one photond serves no address that others can reach.
 run_image() {
   local user=$1 command=$2 check=$3
   say "running: $command"
+  chroot --userspec="$user" "$work/$stage" photond key create --scope admin --data /data >/dev/null
   unshare --net --fork bash -c "
     ip link set lo up
     chroot --userspec='$user' '$work/$stage' $command &
