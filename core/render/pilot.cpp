@@ -3,7 +3,8 @@
 
 #include <vector>
 
-#include "core/photon/shoot.h"
+#include "core/render/gather.h"
+#include "core/trace/gathered.h"
 
 namespace photond {
 

@@ -34,11 +34,6 @@ struct RadianceSettings {
   std::uint32_t max_depth = 65'536;      ///< bounces of a path
 };
 
-/// The squared widest radius of a gather at `position` by Technique::density or merge: as asked; else it holds enough
-/// photons for little noise within a pass, but is no wider than the narrowest scale resolves footprints.
-float widest_radius_sq(const RadianceSettings& settings, const Bandwidth& bandwidth, const Vec3& position,
-                       float footprint);
-
 /// An estimate of radiance in W·m⁻²·sr⁻¹.
 struct RadianceSample {
   Rgb radiance{0};   ///< with the widest radius where photons take part

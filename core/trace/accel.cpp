@@ -231,10 +231,6 @@ Hit Accel::intersect(const Ray& ray) const {
           instanced ? query.hit.instID[0] : query.hit.geomID};
 }
 
-bool Accel::occluded(const Vec3& from, const Vec3& to) const {
-  return occluded_by(state_->top.get(), make_ray(from, to - from, 1));
-}
-
 bool Accel::occluded(const Ray& ray) const {
   return occluded_by(state_->top.get(), make_ray(ray.origin, ray.direction, ray.t_max));
 }

@@ -36,8 +36,6 @@ class Accel {
   /// The nearest hit in (0, ray.t_max).
   Hit intersect(const Ray& ray) const;
 
-  /// Whether anything lies strictly between `from` and `to`.
-  bool occluded(const Vec3& from, const Vec3& to) const;
   /// Whether anything lies in (0, ray.t_max).
   bool occluded(const Ray& ray) const;
 

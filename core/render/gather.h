@@ -1,0 +1,25 @@
+#pragma once
+
+#include "core/render/camera_path.h"
+
+namespace photond {
+
+/// The squared widest radius of a gather at `position` by Technique::density or merge: as asked; else it holds enough
+/// photons for little noise within a pass, but is no wider than the narrowest scale resolves footprints.
+float widest_radius_sq(const RadianceSettings& settings, const Bandwidth& bandwidth, const Vec3& position,
+                       float footprint);
+
+/// Technique::density: adds what all photons bring to the gathered lobes of `surface`, times the path's throughput.
+void gather_density(const RadianceSettings& settings, const CameraPath& path, const SurfacePoint& surface,
+                    const Bsdf& bsdf, const Lobes& lobes, ScaleEstimate& sum);
+
+/// Technique::merge: adds the photons' share of caustic light to the gathered lobes, times the path's throughput; only
+/// the widest estimate where the path has scattered before. Returns how light is shared with the path that goes on.
+Merge gather_caustic(const RadianceSettings& settings, const Lights& lights, const CameraPath& path,
+                     const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes, ScaleEstimate& sum);
+
+/// Radiance by the k nearest photons of `map` to the gathered lobes of `surface`.
+Rgb gather_nearest(const RadianceSettings& settings, const PhotonMap& map, const SurfacePoint& surface,
+                   const Bsdf& bsdf, const Lobes& lobes);
+
+}  // namespace photond
