@@ -14,9 +14,9 @@
 namespace photond {
 
 /// Names a set of photon maps by all they depend on beside the program (photon_stage). No camera, film or radius: those
-/// reuse the maps. Nothing finer: photons that a light of another intensity or a material out of the light's way would
-/// leave as they are could be told only by keeping each one's light and the materials of its path, and building maps is
-/// a small part of a pass of some size (7 % of 512 × 512 pixels in ajar); all lights together are what exposure is for.
+/// reuse the maps. Nothing finer: photons that another intensity of a light or another material leaves as they are could
+/// be told only by keeping each one's light and the materials of its path; but in all of seven test scenes photons
+/// meet every material, and maps are 4 to 21 % of a pass of 512 × 512 pixels. All lights at once are what exposure is for.
 struct MapKey {
   Digest scene;
   PhotonSettings settings;

@@ -9,9 +9,9 @@ namespace photond {
 
 namespace {
 
-constexpr int kPixels = 4096;
+constexpr int kPixels = 56 * 56;
 // A pass of fewer pixels than this is hardly longer than its preview.
-constexpr int kWorthwhile = 4 * kPixels;
+constexpr int kWorthwhile = 16'384;
 
 int pixels(const RenderSettings& settings) { return settings.width * settings.height; }
 

@@ -29,7 +29,7 @@ if (scenes.length === 0) {
 class Service {
   static async start(data) {
     const service = new Service();
-    service.process = spawn(photond, ['serve', '--port', '0', '--data', data], { stdio: ['ignore', 'pipe', 'inherit'] });
+    service.process = spawn(photond, ['serve', '--port', '0', '--data', data], { stdio: ['ignore', 'pipe', 'ignore'] });
     for await (const line of createInterface({ input: service.process.stdout })) {
       const found = line.match(/http:\/\/[^ ]*/);
       if (!found) continue;
@@ -94,7 +94,7 @@ async function first_frame(service, scene, camera, seed) {
     const now = await (await service.fetch(`/v1/jobs/${job.id}`)).json();
     if (now.state === 'succeeded') return { elapsed, maps: now.maps };
     if (['failed', 'canceled'].includes(now.state)) throw new Error(JSON.stringify(now.problem));
-    await new Promise((wake) => setTimeout(wake, 50));
+    await new Promise((wake) => setTimeout(wake, 200));
   }
 }
 
