@@ -1,6 +1,7 @@
 #include "core/film/film_bytes.h"
 
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <type_traits>
@@ -13,8 +14,11 @@ static_assert(sizeof(Film::Sums::value_type) == 48 && sizeof(Film::SquareSums::v
 
 constexpr std::uint32_t kMaxSide = 16'384;
 
+/// Hands everything on; after a failure nothing more.
 class Writer {
  public:
+  explicit Writer(const ByteSink& sink) : sink_(sink) {}
+
   template <class T>
   void number(const T& value) {
     static_assert(std::is_arithmetic_v<T>);
@@ -24,15 +28,14 @@ class Writer {
   void array(const std::vector<T>& values) {
     raw(values.data(), values.size() * sizeof(T));
   }
-  std::vector<std::byte> take() { return std::move(bytes_); }
+  const Status& status() const { return status_; }
 
  private:
   void raw(const void* data, std::size_t size) {
-    if (size == 0) return;
-    bytes_.resize(bytes_.size() + size);
-    std::memcpy(bytes_.data() + bytes_.size() - size, data, size);
+    if (size > 0 && status_) status_ = sink_({static_cast<const std::byte*>(data), size});
   }
-  std::vector<std::byte> bytes_;
+  const ByteSink& sink_;
+  Status status_ = Done{};
 };
 
 /// Reads in order; what lies beyond the end reads as nothing and makes `ok` false.
@@ -110,8 +113,8 @@ void read_sums(Reader& reader, Film& film, std::size_t pixels, bool banded) {
 
 }  // namespace
 
-std::vector<std::byte> film_bytes(const Film& film) {
-  Writer writer;
+Status write_film(const Film& film, const ByteSink& sink) {
+  Writer writer(sink);
   writer.number(static_cast<std::uint32_t>(film.width));
   writer.number(static_cast<std::uint32_t>(film.height));
   writer.number(static_cast<std::uint32_t>(film.passes.size()));
@@ -128,7 +131,28 @@ std::vector<std::byte> film_bytes(const Film& film) {
   for (const Film::OpenBlock& block : film.open) writer.array(block.sum);
   writer.array(film.largest);
   writer.array(film.bands);
-  return writer.take();
+  return writer.status();
+}
+
+std::uint64_t film_size(const Film& film) {
+  std::uint64_t size = 0;
+  [[maybe_unused]] const Status counted = write_film(film, [&size](std::span<const std::byte> piece) -> Status {
+    size += piece.size();
+    return Done{};
+  });
+  assert(counted.ok());
+  return size;
+}
+
+std::vector<std::byte> film_bytes(const Film& film) {
+  std::vector<std::byte> bytes;
+  bytes.reserve(film_size(film));
+  [[maybe_unused]] const Status written = write_film(film, [&bytes](std::span<const std::byte> piece) -> Status {
+    bytes.insert(bytes.end(), piece.begin(), piece.end());
+    return Done{};
+  });
+  assert(written.ok());
+  return bytes;
 }
 
 Result<Film> read_film(std::span<const std::byte> bytes) {

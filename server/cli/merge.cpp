@@ -2,13 +2,13 @@
 #include <iostream>
 
 #include "core/film/error.h"
-#include "server/cli/accumulator.h"
 #include "server/cli/cli.h"
 #include "server/cli/commands.h"
 #include "server/cli/files.h"
 #include "server/cli/picture.h"
 #include "server/cli/progress.h"
 #include "server/cli/report_json.h"
+#include "server/store/accumulator.h"
 
 namespace photond {
 namespace {
@@ -18,19 +18,37 @@ Error about(const std::string& file, Error error) {
   return error;
 }
 
-Result<Accumulator> read_input(const std::string& file) {
+/// Whether the film has the size that the identity states.
+bool has_stated_size(const Film& film, const Json& identity) {
+  const Json::json_pointer width("/settings/width"), height("/settings/height");
+  return identity.contains(width) && identity.contains(height) && identity[width] == film.width &&
+         identity[height] == film.height;
+}
+
+/// An accumulator whose identity is read.
+struct Input {
+  Json identity;
+  Film film;
+};
+
+Result<Input> read_input(const std::string& file) {
   constexpr std::uint64_t kMaxBytes = 1ull << 37;  // 16384² pixels of 320 bytes are 80 GiB
   const auto bytes = read_file(file, kMaxBytes);
   if (!bytes) return about(file, bytes.error());
   auto accumulator = read_accumulator(*bytes);
   if (!accumulator) return about(file, accumulator.error());
+  auto identity = parse_json(std::as_bytes(std::span(accumulator->identity)));
+  if (!identity) return invalid_input(file + ": is damaged: its identity is " + identity.error().message);
+  if (!has_stated_size(accumulator->film, *identity)) {
+    return invalid_input(file + ": is damaged: its film has not the size it states");
+  }
   if (accumulator->film.passes.empty()) return invalid_input(file + ": holds no passes");
-  return accumulator;
+  return Input{std::move(*identity), std::move(accumulator->film)};
 }
 
 /// The files joined so far, and who brought which passes.
 struct Merged {
-  Accumulator accumulator;
+  Input joined;
   struct Part {
     PassRange passes;
     std::string file;
@@ -54,13 +72,13 @@ Status check_overlap(const Merged& merged, const std::string& file, const Film& 
 Status add_input(Merged& merged, const std::string& file, const std::string& first_file) {
   auto input = read_input(file);
   if (!input) return input.error();
-  const std::string difference = first_difference(merged.accumulator.identity, input->identity);
-  if (!difference.empty() || merged.accumulator.identity != input->identity) {
+  const std::string difference = first_difference(merged.joined.identity, input->identity);
+  if (!difference.empty() || merged.joined.identity != input->identity) {
     return invalid_input(file + ": belongs to another picture than " + first_file + ": " + difference + " differs");
   }
   if (const Status apart = check_overlap(merged, file, input->film); !apart) return apart;
   for (const PassRange& range : input->film.passes) merged.parts.push_back({range, file});
-  return merge_film(merged.accumulator.film, input->film);
+  return merge_film(merged.joined.film, input->film);
 }
 
 /// Fails where the passes do not start at 0 or have a hole.
@@ -82,7 +100,7 @@ Result<Merged> merge_inputs(const std::vector<std::string>& inputs) {
   auto first = read_input(inputs[0]);
   if (!first) return first.error();
   Merged merged{std::move(*first), {}};
-  for (const PassRange& range : merged.accumulator.film.passes) merged.parts.push_back({range, inputs[0]});
+  for (const PassRange& range : merged.joined.film.passes) merged.parts.push_back({range, inputs[0]});
   for (std::size_t i = 1; i < inputs.size(); ++i) {
     if (const Status added = add_input(merged, inputs[i], inputs[0]); !added) return added.error();
   }
@@ -90,14 +108,14 @@ Result<Merged> merge_inputs(const std::vector<std::string>& inputs) {
   return merged;
 }
 
-Json merge_json(const MergeCommand& command, const Accumulator& accumulator) {
-  Json json = accumulator.identity;
+Json merge_json(const MergeCommand& command, const Input& joined) {
+  Json json = joined.identity;
   json["inputs"] = command.inputs;
   json["outputs"] = command.outputs;
-  json["passes"] = accumulator.film.pass_count();
-  json["rejected_samples"] = accumulator.film.rejected;
-  json["truncated_paths"] = accumulator.film.truncated;
-  json["error"] = error_json(accumulator.film, estimate_error(accumulator.film));
+  json["passes"] = joined.film.pass_count();
+  json["rejected_samples"] = joined.film.rejected;
+  json["truncated_paths"] = joined.film.truncated;
+  json["error"] = error_json(joined.film, estimate_error(joined.film));
   return json;
 }
 
@@ -107,16 +125,16 @@ int run_merge(const MergeCommand& command) {
   if (const int code = check_outputs(command.outputs, command.report); code != kExitOk) return code;
   const auto merged = merge_inputs(command.inputs);
   if (!merged) return print_failure("cannot merge", merged.error());
-  const Film& film = merged->accumulator.film;
+  const Film& film = merged->joined.film;
   for (const std::string& output : command.outputs) {
     if (const auto written = write_picture(output, film); !written) return print_failure(output, written.error());
   }
   if (!command.report.empty()) {
-    const std::string text = indented(merge_json(command, merged->accumulator));
+    const std::string text = indented(merge_json(command, merged->joined));
     const auto written = write_file(command.report, std::as_bytes(std::span(text)));
     if (!written) return print_failure(command.report, written.error());
   }
-  const Json biased = merged->accumulator.identity.value(Json::json_pointer("/plan/biased"), Json(false));
+  const Json biased = merged->joined.identity.value(Json::json_pointer("/plan/biased"), Json(false));
   std::string text = "merged " + std::to_string(film.pass_count()) + " passes" +
                      error_text(estimate_error(film), biased == true) + " ->";
   for (const std::string& output : command.outputs) text += " " + output;

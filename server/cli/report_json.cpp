@@ -61,40 +61,6 @@ Json info_json(const std::string& file, const PreparedScene& prepared, const Sce
   return result;
 }
 
-Json camera_json(const Camera& camera) {
-  const auto& [name, to_world, orthographic, yfov, ymag] = camera;  // all members: none can be forgotten
-  Json matrix = Json::array();
-  for (int column = 0; column < 4; ++column) {
-    for (int row = 0; row < 3; ++row) matrix.push_back(to_world[column][row]);
-  }
-  return {{"name", name}, {"to_world", matrix}, {"orthographic", orthographic}, {"yfov", yfov}, {"ymag", ymag}};
-}
-
-Json settings_json(const RenderTask& task) {
-  const auto& [method, width, height, seed, radius, gather_photons, max_depth] = task.settings;
-  const auto& [photons_per_pass, photon_seed] = task.photons;
-  return {{"method", method_name(method)},
-          {"width", width},
-          {"height", height},
-          {"seed", seed},
-          {"photon_seed", photon_seed},
-          {"radius", radius},
-          {"gather_photons", gather_photons},
-          {"max_depth", max_depth},
-          {"photons_per_pass", photons_per_pass}};
-}
-
-Json decisions_json(const Plan& plan) {
-  const auto& [method, biased, uses_maps, radius, items] = plan;
-  Json active = Json::object();
-  for (const PlanItem& item : items) active[item.feature] = item.active;
-  return {{"method", method_name(method)},
-          {"biased", biased},
-          {"uses_maps", uses_maps},
-          {"radius", radius},
-          {"active", active}};
-}
-
 Json error_json(const Film& film, const ErrorEstimate& error) {
   Json json = error_message(error);
   if (json.is_object()) {

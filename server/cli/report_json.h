@@ -3,6 +3,7 @@
 #include <string>
 
 #include "server/api/json.h"
+#include "server/api/task_identity.h"
 #include "server/cli/commands.h"
 #include "server/cli/load_task.h"
 #include "server/cli/passes.h"
@@ -15,12 +16,6 @@ SceneSummary summarize(const PreparedScene& prepared, const Plan& plan);
 
 /// The digest and the contents of a scene file, and the plan with its reasons.
 Json info_json(const std::string& file, const PreparedScene& prepared, const SceneSummary& summary);
-
-/// Camera, settings, and the plan without its reasons: with the scene's digest and the build all that determines a
-/// picture.
-Json camera_json(const Camera& camera);
-Json settings_json(const RenderTask& task);
-Json decisions_json(const Plan& plan);
 
 /// Null where nothing is known yet.
 Json error_json(const Film& film, const ErrorEstimate& error);

@@ -1,13 +1,14 @@
 #include <iostream>
 #include <memory>
 
-#include "server/cli/accumulator.h"
+#include "server/api/task_identity.h"
 #include "server/cli/cli.h"
 #include "server/cli/commands.h"
 #include "server/cli/files.h"
 #include "server/cli/interrupt.h"
 #include "server/cli/load_task.h"
 #include "server/cli/passes.h"
+#include "server/store/accumulator.h"
 
 namespace photond {
 
@@ -34,7 +35,7 @@ int run_task(const TaskCommand& command) {
   if (!rendering) return print_failure(command.task.scene, rendering.error());
   const auto identity = task_identity(*task);
   if (!identity) return print_failure("the program's own file", identity.error());
-  const auto written = write_file(command.output, accumulator_bytes({*identity, std::move(rendering->film)}));
+  const auto written = write_file(command.output, accumulator_bytes({to_text(*identity), std::move(rendering->film)}));
   if (!written) return print_failure(command.output, written.error());
   std::cerr << std::string(method_name(task->plan.method)) + ": passes " + std::to_string(passes.first) + ":" +
                    std::to_string(passes.last) + " in " + duration_text(rendering->seconds) + " -> " +

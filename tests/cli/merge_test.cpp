@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/digest.h"
-#include "server/cli/accumulator.h"
+#include "server/store/accumulator.h"
 #include "server/cli/picture.h"
 #include "tests/cli/program.h"
 
@@ -147,7 +147,8 @@ TEST_F(MergeCommandTest, RefusesDamagedAndHostileFiles) {
   expect_bad(sealed(identity), "is damaged: its identity is longer than allowed");
   std::string brace = good;
   brace[24] = '[';
-  expect_bad(sealed(brace), "is damaged: its identity is not valid JSON");
+  write_text(bad, sealed(brace));
+  expect_refused({bad}, bad, "is damaged: its identity is not valid JSON");
   std::string build = good;
   const std::size_t hex = build.find("\"program\":\"") + 11;
   build[hex] = build[hex] == '0' ? '1' : '0';
