@@ -85,6 +85,8 @@ OIIO::ImageSpec make_spec(const Image& image, ImageFormat format) {
   OIIO::ImageSpec spec(image.width, image.height, 3, type);
   spec.channelnames = {"R", "G", "B"};
   spec.attribute("oiio:ColorSpace", exr ? "Linear" : "sRGB");
+  // Or the library writes the time of day into EXR files: the same picture is to be the same file.
+  if (exr) spec.attribute("DateTime", "");
   switch (format) {
     case ImageFormat::png:
       spec.attribute("png:compressionLevel", 1);

@@ -35,6 +35,22 @@ TEST(Encode, FloatExrKeepsEveryBit) {
   EXPECT_EQ(back->pixels, image.pixels);
 }
 
+TEST(Encode, ThePictureAloneMakesTheFile) {
+  Image image(3, 2);
+  image.at(1, 1) = Rgb(0.5f);
+  for (const ImageFormat format :
+       {ImageFormat::png, ImageFormat::jpeg, ImageFormat::exr_half, ImageFormat::exr_float}) {
+    const auto bytes = encode(image, format);
+    ASSERT_TRUE(bytes.ok());
+    const std::string text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+    for (const char* century : {"20", "19"}) {
+      for (std::size_t at = text.find(century); at != std::string::npos; at = text.find(century, at + 1)) {
+        EXPECT_FALSE(at + 4 < text.size() && text[at + 4] == ':') << "a date: " << text.substr(at, 10);
+      }
+    }
+  }
+}
+
 TEST(Encode, HalfExrRoundsAndStaysFinite) {
   const Image image = gradient();
   const Result<Image> back = decode_exr(encoded(image, ImageFormat::exr_half));
