@@ -7,10 +7,15 @@
 #include "server/api/api.h"
 #include "server/api/contract.h"
 #include "server/api/openapi.h"
+#include "server/api/task_identity.h"
 #include "server/http/routes.h"
 #include "server/http/server.h"
 #include "server/jobs/jobs.h"
-#include "server/store/memory_store.h"
+#include "server/store/data_directory.h"
+#include "server/store/database.h"
+#include "server/store/job_files.h"
+#include "server/store/schema.h"
+#include "server/store/store.h"
 
 namespace photond {
 
@@ -21,10 +26,10 @@ JobLimits job_limits(const ServiceOptions& options) {
   limits.threads = options.threads;
   limits.map_cache_bytes = options.map_cache_bytes;
   limits.scene_cache_bytes = options.scene_cache_bytes;
-  limits.picture_bytes = options.picture_bytes;
   limits.max_pixels = options.max_pixels;
   limits.max_live_jobs = options.max_live_jobs;
   limits.max_kept_jobs = options.max_kept_jobs;
+  limits.disk = {options.disk_quota_bytes, options.disk_reserve_bytes};
   return limits;
 }
 
@@ -57,6 +62,12 @@ Status check_exposure(const ServiceOptions& options) {
                        " could use this service: make a key (photond key create --scope admin --data DIR), or say --insecure");
 }
 
+Result<std::string> identity_text(const RenderTask& task) {
+  const Result<Json> identity = task_identity(task);
+  if (!identity) return identity.error();
+  return to_text(*identity);
+}
+
 Status check_options(const ServiceOptions& options) {
   if (options.port < 0 || options.port > 65'535) return invalid_input("the port must be from 0 to 65535");
   if (options.threads < 0 || options.threads > 1024) return invalid_input("threads must be from 0 to 1024");
@@ -68,19 +79,46 @@ Status check_options(const ServiceOptions& options) {
 
 }  // namespace
 
+/// What the data directory holds, opened.
+struct Service::Stored {
+  DataDirectory directory;
+  std::unique_ptr<Database> database;
+  std::unique_ptr<Store> store;
+  std::unique_ptr<JobFiles> files;
+  std::unique_ptr<MapFiles> maps;  ///< null: photon maps stay in memory
+
+  static Result<Stored> open(const ServiceOptions& options) {
+    Result<DataDirectory> directory = DataDirectory::open(options.data_dir);
+    if (!directory) return directory.error();
+    Result<std::unique_ptr<Database>> database = Database::open(directory->database(), schema());
+    if (!database) return database.error();
+    Result<std::unique_ptr<Store>> store = Store::open(**database, directory->folder("scenes"));
+    if (!store) return store.error();
+    Result<std::unique_ptr<JobFiles>> files =
+        JobFiles::open(**database, directory->folder("frames"), directory->folder("checkpoints"));
+    if (!files) return files.error();
+    Stored stored{std::move(*directory), std::move(*database), std::move(*store), std::move(*files), nullptr};
+    if (options.map_disk_bytes == 0) return stored;
+    Result<std::unique_ptr<MapFiles>> maps = MapFiles::open(stored.directory.folder("maps"), options.map_disk_bytes);
+    if (!maps) return maps.error();
+    stored.maps = std::move(*maps);
+    return stored;
+  }
+};
+
 struct Service::State {
-  State(const ServiceOptions& o, Contract c, std::unique_ptr<MapFiles> map_files)
+  State(const ServiceOptions& o, Contract c, Stored s)
       : options(o),
         contract(std::move(c)),
         keys(key_file(o)),
-        store(o.scene_store_bytes),
-        jobs(store, job_limits(o), std::move(map_files)),
-        api(store, jobs, counts, contract, keys, api_limits(o)) {}
+        stored(std::move(s)),
+        jobs(*stored.store, *stored.files, stored.directory.path(), identity_text, job_limits(o), std::move(stored.maps)),
+        api(*stored.store, jobs, counts, contract, keys, api_limits(o)) {}
 
   const ServiceOptions options;
   const Contract contract;
   const Keyring keys;
-  MemoryStore store;
+  Stored stored;
   RequestCounts counts;
   Jobs jobs;
   Api api;
@@ -98,17 +136,14 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
   }
   Result<Contract> contract = Contract::read(kOpenApiText);
   if (!contract) return contract.error();
-  std::unique_ptr<MapFiles> map_files;
-  if (!options.data_dir.empty() && options.map_disk_bytes > 0) {
-    auto opened = MapFiles::open(std::filesystem::path(options.data_dir) / "maps", options.map_disk_bytes);
-    if (!opened) return opened.error();
-    map_files = std::move(*opened);
-  }
-  auto state = std::make_unique<State>(options, std::move(*contract), std::move(map_files));
+  Result<Stored> stored = Stored::open(options);
+  if (!stored) return stored.error();
+  auto state = std::make_unique<State>(options, std::move(*contract), std::move(*stored));
   if (!options.samples_dir.empty()) {
     if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added)
       return added.error();
   }
+  state->jobs.recover();
   Result<std::vector<Route>> routes = make_routes(state->api);
   if (!routes) return routes.error();
   const HttpOptions http{options.host,
@@ -132,7 +167,7 @@ std::string Service::url() const {
 }
 
 void Service::stop() {
-  // Jobs first: whoever waits for one hears of its end before the connections close.
+  // Jobs first: whoever looks on hears that they go back to the queue before the connections close.
   state_->jobs.stop();
   state_->http->stop();
 }

@@ -14,15 +14,15 @@ struct ServiceOptions {
   std::string host = "127.0.0.1";
   int port = 8080;                               ///< 0: any free port, see Service::port
   bool insecure = false;                         ///< serve a public address though no keys exist
+  std::string data_dir;                          ///< all state, keys too; created where missing, used by one service at a time
   std::string samples_dir;                       ///< *.glb listed as sample scenes; empty: none
   std::string client_dir;                        ///< the built web client (index.html inside); empty: none
-  std::string data_dir;                          ///< where state is kept, keys too; empty: in memory only, no keys
   int threads = 0;                               ///< render threads; 0: one per core
   std::uint64_t map_cache_bytes = 1ull << 30;    ///< photon maps kept for later jobs
   std::uint64_t map_disk_bytes = 8ull << 30;     ///< photon maps kept on disk, in data_dir
   std::uint64_t scene_cache_bytes = 1ull << 30;  ///< prepared scenes kept for later jobs
-  std::uint64_t scene_store_bytes = 2ull << 30;  ///< uploaded files; beyond it uploads are refused
-  std::uint64_t picture_bytes = 1ull << 30;      ///< pictures of finished jobs; the oldest jobs are forgotten
+  std::uint64_t disk_quota_bytes = 20ull << 30;  ///< of the data directory; 0: what the file system has
+  std::uint64_t disk_reserve_bytes = 64ull << 20;  ///< of the file system, left free
   std::uint64_t max_upload_bytes = 256ull << 20;
   std::uint64_t max_pixels = 8'388'608;  ///< of one film
   int max_live_jobs = 256;               ///< not yet ended; beyond it submissions are refused
@@ -36,8 +36,10 @@ struct ServiceOptions {
 /// The running HTTP service. Everything lives inside: several services may run in one process (tests do).
 class Service {
  public:
-  /// Binds the port and serves from threads of its own; returns once requests are answered. Errors: io (the
-  /// port is occupied, a directory cannot be read), invalid_input (an option out of range).
+  /// Opens the data directory, takes up the jobs in it, binds the port and serves from threads of its own; returns
+  /// once requests are answered. Errors: io (the port is occupied, a directory cannot be read, the database is damaged
+  /// or of a newer photond), conflict (another service uses the data directory), invalid_input (an option out of
+  /// range).
   static Result<std::unique_ptr<Service>> start(const ServiceOptions& options);
   ~Service();
   Service(const Service&) = delete;
@@ -46,11 +48,12 @@ class Service {
   int port() const;
   /// `http://host:port/`
   std::string url() const;
-  /// Refuses new work, cancels running jobs, ends streams and joins all threads; at most a few seconds. May be
-  /// called more than once, from any thread that serves no request.
+  /// Refuses new work, writes down the running jobs, which the next start takes up again, ends streams and joins all
+  /// threads; at most 20 seconds. May be called more than once, from any thread that serves no request.
   void stop();
 
  private:
+  struct Stored;
   struct State;
   explicit Service(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;

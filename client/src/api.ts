@@ -29,12 +29,11 @@ export const api = {
   upload: (file: Blob, media_type: string): Promise<Answer<SceneReport>> =>
     ask('v1/scenes', parse_report, { method: 'POST', body: file, headers: { 'Content-Type': media_type } }),
   submit: (job: JobRequest): Promise<Answer<Job>> =>
-    ask('v1/jobs', parse_job, {
-      method: 'POST',
-      body: JSON.stringify(job),
-      headers: { 'Content-Type': 'application/json' },
-    }),
-  cancel: (id: string) => ask(`v1/jobs/${id}/cancel`, parse_job, { method: 'POST' }),
+    ask('v1/jobs', parse_job, json_post(job)),
+  /** What needs no more than the job. */
+  act: (id: string, action: 'cancel' | 'pause' | 'resume' | 'retry') =>
+    ask(`v1/jobs/${id}/${action}`, parse_job, { method: 'POST' }),
+  extend: (id: string, stop: JobRequest['stop']) => ask(`v1/jobs/${id}/extend`, parse_job, json_post({ stop })),
 };
 
 export function frame_url(job: string, revision: number | 'latest', format: FrameFormat): string {
@@ -66,6 +65,10 @@ export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<Fr
 function revision_of(response: Response): number | null {
   const found = /\/frames\/(\d+)\.\w+$/.exec(response.headers.get('Content-Location') ?? '');
   return found ? Number(found[1]) : null;
+}
+
+function json_post(body: unknown): RequestInit {
+  return { method: 'POST', body: JSON.stringify(body), headers: { 'Content-Type': 'application/json' } };
 }
 
 async function ask<T>(path: string, parser: Parser<T>, init: RequestInit = {}): Promise<Answer<T>> {

@@ -5,7 +5,26 @@ import { format_count, format_percent, format_seconds } from './format';
 import { save_with_key } from './key_dialog';
 import { kMethodNames, kStateNames, job_title } from './names';
 import { scene_name, watched_job, type State } from './state';
-import { is_terminal, type Job, type Plan } from './wire';
+import { is_terminal, type Job, type JobRequest, type JobState, type Plan } from './wire';
+
+/** What one can do to a job, and in which states. */
+export type JobAction = 'cancel' | 'pause' | 'resume' | 'extend' | 'retry';
+const kActions: Record<JobAction, readonly JobState[]> = {
+  pause: ['queued', 'preparing', 'rendering'],
+  resume: ['paused'],
+  extend: ['succeeded'],
+  retry: ['failed'],
+  cancel: ['queued', 'preparing', 'rendering', 'finalizing', 'canceling', 'paused'],
+};
+
+/** Twice as far as the job's stop rule: where `extend` leads. */
+export function further(stop: Job['stop']): JobRequest['stop'] {
+  const next: JobRequest['stop'] = {};
+  if (stop.passes) next.passes = Math.min(1_000_000, 2 * stop.passes);
+  if (stop.seconds) next.seconds = Math.min(1_000_000, 2 * stop.seconds);
+  if (stop.relative_error) next.relative_error = stop.relative_error / 2;
+  return next;
+}
 
 /** How far `job` is towards the first of its stop rules, 0 … 1; null where that cannot be said. */
 export function progress_of(job: Job): number | null {
@@ -24,16 +43,19 @@ export class JobPanel {
   private readonly root = by_id('job', HTMLElement);
   private readonly title = by_id('job-title', HTMLElement);
   private readonly state = by_id('job-state', HTMLElement);
-  private readonly cancel = by_id('cancel', HTMLButtonElement);
+  private readonly actions = (Object.keys(kActions) as JobAction[]).map(
+    (action) => ({ action, button: by_id(action, HTMLButtonElement) }));
   private readonly progress = by_id('progress', HTMLProgressElement);
   private readonly announce = by_id('announce', HTMLElement);
   private charted = '';
 
-  constructor(on_cancel: (job: string) => void) {
-    this.cancel.addEventListener('click', () => {
-      const id = this.root.dataset['job'];
-      if (id) on_cancel(id);
-    });
+  constructor(on_action: (job: string, action: JobAction) => void) {
+    for (const { action, button } of this.actions) {
+      button.addEventListener('click', () => {
+        const id = this.root.dataset['job'];
+        if (id) on_action(id, action);
+      });
+    }
   }
 
   render(state: State): void {
@@ -45,8 +67,10 @@ export class JobPanel {
     set_text(this.title, job_title(state, job));
     set_text(this.state, kStateNames[job.state]);
     this.state.dataset['state'] = job.state;
-    this.cancel.hidden = is_terminal(job.state);
-    this.cancel.disabled = job.state === 'canceling';
+    for (const { action, button } of this.actions) {
+      button.hidden = !kActions[action].includes(job.state);
+      button.disabled = job.state === 'canceling';
+    }
     by_id('job-biased', HTMLElement).hidden = !job.plan?.biased;
     render_progress(this.progress, job);
     render_failure(job);

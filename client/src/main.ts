@@ -4,7 +4,7 @@ import { follow } from './events';
 import { FrameLoader } from './frames';
 import { JobForm } from './job_form';
 import { JobList } from './job_list';
-import { JobPanel } from './job_panel';
+import { further, JobPanel, type JobAction } from './job_panel';
 import { set_up_key } from './key_dialog';
 import { kStateNames, job_title } from './names';
 import { WireError } from './parse';
@@ -18,7 +18,7 @@ let rendering = false;
 let stream: { stop(): void } | null = null;
 
 const viewer = new Viewer();
-const panel = new JobPanel((id) => void cancel(id));
+const panel = new JobPanel((id, action) => void act(id, action));
 const list = new JobList();
 const form = new JobForm({
   on_scene: (scene) => choose_scene(scene),
@@ -125,10 +125,12 @@ async function submit(request: JobRequest): Promise<void> {
   queueMicrotask(() => panel.focus());
 }
 
-async function cancel(id: string): Promise<void> {
-  const answer = await api.cancel(id);
+async function act(id: string, action: JobAction): Promise<void> {
+  const job = find_job(state, id);
+  if (!job) return;
+  const answer = await (action === 'extend' ? api.extend(id, further(job.stop)) : api.act(id, action));
   if (answer.ok) dispatch({ type: 'job', job: answer.value });
-  else if (answer.failure.kind === 'problem' && answer.failure.status === 409) await load_job(id); // it has ended
+  else if (answer.failure.kind === 'problem' && answer.failure.status === 409) await load_job(id); // it has moved on
   else dispatch({ type: 'notice', text: describe(answer.failure) });
 }
 

@@ -3,7 +3,7 @@ import type { Job, JobState, Method } from './wire';
 
 export const kStateNames: Record<JobState, string> = {
   queued: 'Queued', preparing: 'Preparing', rendering: 'Rendering', finalizing: 'Finishing', succeeded: 'Done',
-  canceling: 'Canceling', canceled: 'Canceled', failed: 'Failed',
+  canceling: 'Canceling', canceled: 'Canceled', failed: 'Failed', paused: 'Paused',
 };
 
 export const kMethodNames: Record<Method, string> = {

@@ -39,6 +39,7 @@ function waiting_for(job: Job | null): string {
     case undefined: return 'Choose a scene and start: the picture appears here and refines while you watch.';
     case 'queued': return 'Waiting for its turn …';
     case 'preparing': return 'Preparing the scene …';
+    case 'paused': return 'Paused before there was a picture.';
     case 'rendering': case 'finalizing': return 'Waiting for the first picture …';
     case 'succeeded': return 'The picture is on its way …';
     case 'canceling': case 'canceled': return 'Canceled before there was a picture.';

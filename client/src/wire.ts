@@ -1,7 +1,7 @@
 import { count, flag, list, maybe, number, object, one_of, text, WireError, type Parser } from './parse';
 
 export type JobState =
-  | 'queued' | 'preparing' | 'rendering' | 'finalizing' | 'succeeded' | 'canceling' | 'canceled' | 'failed';
+  | 'queued' | 'preparing' | 'rendering' | 'finalizing' | 'succeeded' | 'canceling' | 'canceled' | 'failed' | 'paused';
 export type Method = 'auto' | 'path' | 'photon_map' | 'progressive' | 'hybrid';
 
 export interface Info {
@@ -129,7 +129,9 @@ export function is_terminal(state: JobState): boolean {
   return state === 'succeeded' || state === 'canceled' || state === 'failed';
 }
 
-const state = one_of('queued', 'preparing', 'rendering', 'finalizing', 'succeeded', 'canceling', 'canceled', 'failed');
+const state = one_of(
+  'queued', 'preparing', 'rendering', 'finalizing', 'succeeded', 'canceling', 'canceled', 'failed', 'paused',
+);
 const method = one_of('auto', 'path', 'photon_map', 'progressive', 'hybrid');
 
 const plan = object<Plan>({

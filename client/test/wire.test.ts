@@ -30,7 +30,7 @@ describe('parse_job', () => {
   });
 
   it.each([
-    ['/state', { state: 'paused' }],
+    ['/state', { state: 'resting' }],
     ['/passes', { passes: '3' }],
     ['/passes', { passes: -1 }],
     ['/version', { version: 1.5 }],

@@ -62,6 +62,10 @@ class Api {
   Response list_jobs(const Request& request) const;
   Response get_job(const Request& request) const;
   Response cancel_job(const Request& request);
+  Response pause_job(const Request& request);
+  Response resume_job(const Request& request);
+  Response extend_job(const Request& request);
+  Response retry_job(const Request& request);
   Response delete_job(const Request& request);
   Response get_series(const Request& request) const;
   Response get_frame(const Request& request) const;

@@ -84,6 +84,13 @@ std::string frame_etag(const std::string& id, std::uint32_t revision, const std:
   return strong_etag(id + "." + std::to_string(revision) + "." + suffix);
 }
 
+Response no_newer_frame() {
+  Response none;
+  none.status = 204;
+  none.headers.emplace_back("Cache-Control", "no-store");
+  return none;
+}
+
 Response not_modified(const std::string& etag) {
   Response response;
   response.status = 304;
@@ -143,6 +150,26 @@ Response Api::cancel_job(const Request& request) {
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
+Response Api::pause_job(const Request& request) {
+  const Result<JobRecord> job = jobs_.pause(request.captures[0]);
+  return job ? job_response(*job, 202) : problem(job.error());
+}
+
+Response Api::resume_job(const Request& request) {
+  const Result<JobRecord> job = jobs_.resume(request.captures[0]);
+  return job ? job_response(*job, 202) : problem(job.error());
+}
+
+Response Api::extend_job(const Request& request) {
+  const Result<JobRecord> job = jobs_.extend(request.captures[0], parse_stop(*request.json));
+  return job ? job_response(*job, 202) : problem(job.error());
+}
+
+Response Api::retry_job(const Request& request) {
+  const Result<JobRecord> job = jobs_.retry(request.captures[0]);
+  return job ? job_response(*job, 202) : problem(job.error());
+}
+
 Response Api::delete_job(const Request& request) {
   if (const Status removed = jobs_.remove(request.captures[0]); !removed) return problem(removed.error());
   Response response;
@@ -180,15 +207,12 @@ Response Api::latest_frame(const Request& request, FrameFormat format, const std
     return !job || job->revision > after || is_terminal(job->state);
   });
   if (!job) return no_job(id);
-  if (job->revision <= after) {
-    Response none;
-    none.status = 204;
-    none.headers.emplace_back("Cache-Control", "no-store");
-    return none;
-  }
+  if (job->revision <= after) return no_newer_frame();
   const std::string etag = frame_etag(id, job->revision, suffix);
   if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
   Response response = frame_response(id, job->revision, format);
+  // A job that was put back by a restart has no picture until it has gone on a little.
+  if (response.status == 404 && !is_terminal(job->state)) return no_newer_frame();
   if (response.status != 200) return response;
   response.headers.emplace_back("ETag", etag);
   response.headers.emplace_back("Cache-Control", "no-cache");

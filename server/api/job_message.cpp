@@ -36,6 +36,18 @@ Json failure_json(const std::optional<Error>& failure) {
   return {{"code", error_name(failure->code)}, {"detail", failure->message}, {"pointer", failure->where}};
 }
 
+Json pause_reason_json(PauseReason reason) {
+  switch (reason) {
+    case PauseReason::none:
+      return nullptr;
+    case PauseReason::request:
+      return "request";
+    case PauseReason::disk_full:
+      return "disk_full";
+  }
+  return nullptr;
+}
+
 Json urls_json(const JobRecord& job) {
   const std::string self = "/v1/jobs/" + job.id;
   return {{"self", self},
@@ -100,6 +112,7 @@ Json job_message(const JobRecord& job) {
           {"eta_seconds", optional_json(job.eta_seconds)},
           {"revision", job.revision},
           {"first_frame_seconds", optional_json(job.first_frame_seconds)},
+          {"paused_because", pause_reason_json(job.pause_reason)},
           {"problem", failure_json(job.failure)},
           {"urls", urls_json(job)}};
 }

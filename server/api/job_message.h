@@ -10,6 +10,8 @@ namespace photond {
 /// Reads the message of POST /v1/jobs, which keeps the schema JobSpec of the contract. Errors: invalid_input for what no
 /// schema says (a camera that looks nowhere), with the JSON pointer of the field.
 Result<JobSpec> parse_job(const Json& message);
+/// The member `stop` of such a message, or its default.
+StopRule parse_stop(const Json& message);
 
 /// A job as clients see it.
 Json job_message(const JobRecord& job);

@@ -132,6 +132,10 @@ Response Api::metrics(const Request&) const {
   MetricsText out;
   write_requests(out, counts_.snapshot());
   write_jobs(out, store_.jobs(), jobs_.events().counts());
+  const DiskUse disk = jobs_.room().use();
+  out.single("photond_disk_used_bytes", "gauge", "Size of the data directory.", disk.used);
+  out.single("photond_disk_limit_bytes", "gauge", "What the data directory may take.", disk.limit);
+  out.single("photond_disk_full", "gauge", "1 while jobs wait for room on the disk.", jobs_.room().full() ? 1 : 0);
   out.single("photond_passes_total", "counter", "Rendered passes.", jobs_.passes());
   write_maps(out, jobs_.maps());
   write_process(out);

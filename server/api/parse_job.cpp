@@ -38,7 +38,9 @@ Result<CameraChoice> read_camera(const Json& camera) {
   return CameraChoice(camera.get<std::uint32_t>());
 }
 
-StopRule read_stop(const Json& message) {
+}  // namespace
+
+StopRule parse_stop(const Json& message) {
   const auto fields = message.find("stop");
   // An unattended job must end: a minute suffices for a first look, 256 passes for a good picture.
   if (fields == message.end()) return {.passes = 256, .seconds = 60.0, .relative_error = {}};
@@ -48,8 +50,6 @@ StopRule read_stop(const Json& message) {
   take(*fields, "relative_error", stop.relative_error);
   return stop;
 }
-
-}  // namespace
 
 Result<JobSpec> parse_job(const Json& message) {
   JobSpec spec;
@@ -70,7 +70,7 @@ Result<JobSpec> parse_job(const Json& message) {
   take(message, "gather_photons", spec.settings.gather_photons);
   take(message, "seed", spec.settings.seed);
   spec.photons.seed = spec.settings.seed;
-  spec.stop = read_stop(message);
+  spec.stop = parse_stop(message);
   if (const auto priority = message.find("priority"); priority != message.end() && *priority == "batch")
     spec.priority = Priority::batch;
   take(message, "label", spec.label);

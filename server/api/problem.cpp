@@ -62,6 +62,7 @@ int status_of(const Error& error) {
     case ErrorCode::unsupported:
       return 422;
     case ErrorCode::limit_exceeded:
+      if (error.where == "disk") return 507;
       return error.where == "queue" ? 429 : 422;
     case ErrorCode::not_found:
       return error.where.empty() ? 404 : 422;  // with a place: something the body names

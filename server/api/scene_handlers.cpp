@@ -43,8 +43,7 @@ Response Api::get_scene(const Request& request) {
 
 Response Api::get_scene_file(const Request& request) const {
   const auto scene = find_scene(store_, request);
-  const Blob bytes = scene ? store_.scene_bytes(scene->id) : nullptr;
-  if (!bytes) return no_scene();
+  if (!scene) return no_scene();
   if (scene->media_type != "model/gltf-binary") {
     return problem(404, "not_found", "this scene was uploaded as " + scene->media_type + ", not as a GLB");
   }
@@ -56,8 +55,10 @@ Response Api::get_scene_file(const Request& request) const {
     response.status = 304;
     return response;
   }
+  const Result<Blob> bytes = store_.scene_bytes(scene->id);
+  if (!bytes) return problem(bytes.error());
   response.content_type = scene->media_type;
-  response.body = bytes;
+  response.body = *bytes;
   return response;
 }
 

@@ -23,7 +23,8 @@ Response text_response(std::string text, const char* type) {
 Response Api::health(const Request&) const { return text_response("ok\n", "text/plain"); }
 
 Response Api::ready(const Request& request) const {
-  if (request.stop.stop_requested()) return problem(503, "draining", "the service is shutting down");
+  if (request.stop.stop_requested() || jobs_.stopping()) return problem(503, "draining", "the service is shutting down");
+  if (jobs_.room().full()) return problem(503, "disk_full", "the disk is full; jobs wait until there is room");
   return text_response("ready\n", "text/plain");
 }
 

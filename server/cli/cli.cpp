@@ -8,6 +8,7 @@
 #include <string>
 
 #include "server/cli/commands.h"
+#include "server/store/data_directory.h"
 
 namespace photond {
 namespace {
@@ -167,16 +168,18 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
       ->check(CLI::Range(0, 65535).description(""))
       ->capture_default_str();
   serve->add_flag("--insecure", options.insecure, "Serve an address that others can reach though no keys exist");
+  options.data_dir = default_data_directory();
+  serve->add_option("--data", options.data_dir,
+                    "Folder for jobs, scenes, pictures, maps and keys (default: $XDG_DATA_HOME/photond or ~/.local/share/photond)");
   serve->add_option("--samples", options.samples_dir, "Folder of .glb files to offer as samples");
   serve->add_option("--client", options.client_dir, "Folder of the built web client");
-  serve->add_option("--data", options.data_dir, "Folder where photon maps and keys are kept (default: in memory only)");
   serve->add_option("--threads", options.threads, "Render threads (default: one per core)")
       ->check(CLI::Range(0, 1024).description(""));
   add_megabytes(*serve, "--map-cache-mb", options.map_cache_bytes, "Memory for cached photon maps");
   add_megabytes(*serve, "--map-disk-mb", options.map_disk_bytes, "Disk for cached photon maps; 0: none");
   add_megabytes(*serve, "--scene-cache-mb", options.scene_cache_bytes, "Memory for prepared scenes");
-  add_megabytes(*serve, "--scene-store-mb", options.scene_store_bytes, "Memory for uploaded files");
-  add_megabytes(*serve, "--picture-mb", options.picture_bytes, "Memory for pictures of finished jobs");
+  add_megabytes(*serve, "--disk-quota-mb", options.disk_quota_bytes, "What the data folder may take; 0: no limit");
+  add_megabytes(*serve, "--disk-reserve-mb", options.disk_reserve_bytes, "Space to leave free on its disk");
   add_megabytes(*serve, "--max-upload-mb", options.max_upload_bytes, "Largest upload");
   serve->add_option("--max-pixels", options.max_pixels, "Largest picture, in pixels")->capture_default_str();
   serve->add_option("--max-jobs", options.max_live_jobs, "Jobs waiting and running at once")

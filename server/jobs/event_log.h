@@ -17,7 +17,7 @@ namespace photond {
 /// pace; a slow one finds superseded progress and frame events left out, and delays nobody.
 class EventLog {
  public:
-  explicit EventLog(Store& store) : store_(store) {}
+  explicit EventLog(Store& store) : store_(store), newest_(store.newest_event()) {}
 
   Status add(JobRecord& job, Event event);
   Status update(const JobRecord& job, Event event);
@@ -38,7 +38,7 @@ class EventLog {
   Store& store_;
   mutable std::mutex mutex_;
   mutable std::condition_variable_any changed_;
-  std::uint64_t newest_ = 0;
+  std::uint64_t newest_;
   JobCounts counts_;
 };
 

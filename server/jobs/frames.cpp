@@ -53,11 +53,9 @@ Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format) co
   return bytes;
 }
 
-std::uint64_t Frames::memory_bytes() const {
+void Frames::clear() {
   const std::lock_guard lock(mutex_);
-  std::uint64_t bytes = 0;
-  for (const auto& frame : frames_) bytes += frame->image.pixels.size() * sizeof(Rgb) * (frame->error ? 4 : 1);
-  return bytes;
+  frames_.clear();
 }
 
 }  // namespace photond

@@ -12,12 +12,12 @@
 #include "core/film/encode.h"
 #include "core/film/error.h"
 #include "core/film/image.h"
+#include "server/store/records.h"
 
 namespace photond {
 
-enum class FrameFormat : std::uint8_t { png, jpg, exr };
-
-/// The newest few pictures of one job. Each is encoded when first asked for, once per format, and shared.
+/// The newest few pictures of one job that runs. Each is encoded when first asked for, once per format, and shared.
+/// Once a job rests, its newest picture is on the disk (JobFiles) and these are dropped.
 class Frames {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
@@ -27,8 +27,7 @@ class Frames {
   void publish(std::uint32_t revision, Image image, std::optional<ErrorLayers> error);
   /// Errors: not_found (never published, or no longer kept), or the encoder's own.
   Result<Bytes> get(std::uint32_t revision, FrameFormat format) const;
-  /// What the kept pictures take, without their encodings.
-  std::uint64_t memory_bytes() const;
+  void clear();
 
  private:
   struct Frame {

@@ -6,8 +6,8 @@ namespace photond {
 
 namespace {
 
-constexpr const char* kNames[kJobStates] = {"queued",    "preparing", "rendering", "finalizing",
-                                            "succeeded", "canceling", "canceled",  "failed"};
+constexpr const char* kNames[kJobStates] = {"queued",    "preparing", "rendering", "finalizing", "succeeded",
+                                            "canceling", "canceled",  "failed",    "paused"};
 
 Event event_of(const JobRecord& job, EventKind kind) {
   Event event;
@@ -29,8 +29,9 @@ Event event_of(const JobRecord& job, EventKind kind) {
 
 void stamp(JobRecord& job) {
   const WallTime now = std::chrono::system_clock::now();
-  if (job.state == JobState::preparing) job.started = now;
-  if (!is_terminal(job.state)) return;
+  if (job.state == JobState::preparing && !job.started) job.started = now;
+  if (job.state != JobState::paused) job.pause_reason = PauseReason::none;
+  if (!is_terminal(job.state)) return job.finished.reset();
   job.finished = now;
   job.eta_seconds.reset();
 }
@@ -50,11 +51,33 @@ bool is_terminal(JobState state) {
   return state == JobState::succeeded || state == JobState::canceled || state == JobState::failed;
 }
 
+bool is_running(JobState state) {
+  return state == JobState::preparing || state == JobState::rendering || state == JobState::finalizing;
+}
+
 bool may_move(JobState from, JobState to) {
-  if (is_terminal(from) || from == to) return false;
-  if (from == JobState::canceling) return to == JobState::canceled || to == JobState::failed;
-  if (to == JobState::canceling || to == JobState::failed) return true;
-  return static_cast<int>(to) == static_cast<int>(from) + 1;  // the straight way, in the order of the enum
+  const bool on_its_way = from == JobState::queued || is_running(from);
+  switch (to) {
+    case JobState::queued:
+      return is_running(from) || from == JobState::paused || from == JobState::succeeded || from == JobState::failed;
+    case JobState::preparing:
+      return from == JobState::queued;
+    case JobState::rendering:
+      return from == JobState::preparing;
+    case JobState::finalizing:
+      return from == JobState::rendering;
+    case JobState::succeeded:
+      return from == JobState::finalizing;
+    case JobState::canceling:
+      return on_its_way || from == JobState::paused;
+    case JobState::canceled:
+      return from == JobState::canceling;
+    case JobState::failed:
+      return on_its_way || from == JobState::canceling;
+    case JobState::paused:
+      return on_its_way;
+  }
+  return false;
 }
 
 JobRecord Job::record() const {
@@ -65,6 +88,16 @@ JobRecord Job::record() const {
 JobState Job::state() const {
   const std::lock_guard lock(mutex_);
   return record_.state;
+}
+
+StopRule Job::stop_rule() const {
+  const std::lock_guard lock(mutex_);
+  return record_.spec.stop;
+}
+
+PauseReason Job::pause_reason() const {
+  const std::lock_guard lock(mutex_);
+  return record_.pause_reason;
 }
 
 Status Job::move(JobState to, const Edit& edit) {
@@ -93,16 +126,6 @@ Status Job::store(JobRecord&& changed, EventKind kind) {
   const Status stored = log_.update(changed, event_of(changed, kind));
   if (stored) record_ = std::move(changed);
   return stored;
-}
-
-Status Job::cancel() {
-  const JobState now = state();
-  if (now == JobState::canceling || now == JobState::canceled) return Done{};
-  const Status moved = move(JobState::canceling);
-  const JobState after = state();
-  if (!moved && after != JobState::canceling && after != JobState::canceled) return moved;
-  stop_.request_stop();
-  return Done{};
 }
 
 }  // namespace photond

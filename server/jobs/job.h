@@ -3,7 +3,6 @@
 #include <functional>
 #include <mutex>
 #include <optional>
-#include <stop_token>
 #include <string>
 
 #include "server/jobs/event_log.h"
@@ -15,8 +14,10 @@ namespace photond {
 const char* state_name(JobState state);  ///< "queued", "preparing", …
 std::optional<JobState> state_from_name(const std::string& name);
 bool is_terminal(JobState state);  ///< succeeded, canceled, failed
-/// The moves a job can make: queued → preparing → rendering → finalizing → succeeded, from any of these to
-/// canceling → canceled, and from any to failed.
+bool is_running(JobState state);   ///< preparing, rendering, finalizing
+/// The moves a job can make: queued → preparing → rendering → finalizing → succeeded; from any of these to paused or
+/// failed; to canceling, also from paused, and from there to canceled. Back to queued goes what is resumed (paused),
+/// continued (succeeded), tried again (failed) or put back by an end of the service (preparing to finalizing).
 bool may_move(JobState from, JobState to);
 
 /// A job while the process knows it: its record, its pictures, and its one door for changes.
@@ -25,23 +26,22 @@ class Job {
   using Edit = std::function<void(JobRecord&)>;
 
   /// `record` is stored already.
-  Job(JobRecord record, EventLog& log) : log_(log), record_(std::move(record)) {}
+  Job(JobRecord record, EventLog& log) : spec(record.spec), id(record.id), log_(log), record_(std::move(record)) {}
 
-  const JobSpec& spec() const { return record_.spec; }
-  const std::string& id() const { return record_.id; }
+  /// As submitted; the stop rule may have been replaced since, see `stop_rule`.
+  const JobSpec spec;
+  const std::string id;
+
   JobRecord record() const;
   JobState state() const;
+  StopRule stop_rule() const;
+  PauseReason pause_reason() const;
 
   /// Moves to `to` after `edit`: bumps the version, stamps the time and appends an event, all or nothing.
   /// Errors: conflict where the state forbids it, or the store's.
   Status move(JobState to, const Edit& edit = {});
   /// Changes numbers within the state and appends an event of `kind`.
   Status note(EventKind kind, const Edit& edit);
-
-  /// Asks for the end: moves to canceling and triggers the stop token. Asking twice is no error; conflict
-  /// where the job has ended otherwise.
-  Status cancel();
-  std::stop_token stop() const { return stop_.get_token(); }
 
   Frames frames;
 
@@ -50,8 +50,7 @@ class Job {
 
   EventLog& log_;
   mutable std::mutex mutex_;
-  JobRecord record_;  ///< spec and id never change
-  std::stop_source stop_;
+  JobRecord record_;
 };
 
 }  // namespace photond

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <random>
+#include <tuple>
 #include <utility>
+
+#include "server/store/file.h"
 
 namespace photond {
 
@@ -23,17 +26,44 @@ constexpr std::size_t kMaxPrewarms = 64;  // waiting or running
 
 Error no_job(const std::string& id) { return {ErrorCode::not_found, "there is no job " + id, ""}; }
 
+bool same(const StopRule& a, const StopRule& b) {
+  return std::tie(a.passes, a.seconds, a.relative_error) == std::tie(b.passes, b.seconds, b.relative_error);
+}
+
+Error shutting_down() { return {ErrorCode::cancelled, "the service is shutting down", ""}; }
+
 }  // namespace
 
-Jobs::Jobs(Store& store, const JobLimits& limits, std::unique_ptr<MapFiles> files)
+Jobs::Jobs(Store& store, JobFiles& files, const std::filesystem::path& data, IdentityOf identity,
+           const JobLimits& limits, std::unique_ptr<MapFiles> maps)
     : store_(store),
+      files_(files),
       limits_(limits),
       log_(store),
+      room_(data, limits.disk, store, files),
       workers_(limits.threads),
-      scenes_(store, workers_, limits.scene_cache_bytes),
-      maps_(limits.map_cache_bytes, std::move(files)) {}
+      scenes_(store, room_, workers_, limits.scene_cache_bytes),
+      maps_(limits.map_cache_bytes, std::move(maps)),
+      parts_{scenes_, maps_, workers_, files_, room_, passes_, std::move(identity)} {
+  room_.set_map_eviction([this](std::uint64_t bytes) { return maps_.free_disk(bytes); });
+}
 
 Jobs::~Jobs() { stop(); }
+
+void Jobs::recover() {
+  std::vector<JobRecord> records = store_.jobs();
+  std::reverse(records.begin(), records.end());  // in the order they came
+  const std::lock_guard lock(mutex_);
+  for (JobRecord& record : records) {
+    const std::string id = record.id;
+    const std::shared_ptr<RunJob> run = runs_.emplace(id, make_run(std::move(record))).first->second;
+    // Where the disk is full the run itself does this later, or stalls.
+    (void)run->put_back().ok();
+    const JobState state = run->job()->state();
+    if (!is_terminal(state) && state != JobState::paused) put_to_work(run);
+  }
+  housekeeper_ = std::jthread([this](std::stop_token stop) { keep_house(std::move(stop)); });
+}
 
 Result<Plan> Jobs::check(const JobSpec& spec, std::stop_token stop) {
   if (const Status fine = check_settings(spec.photons, spec.settings, spec.stop); !fine) return fine.error();
@@ -55,15 +85,11 @@ Result<Plan> Jobs::check(const JobSpec& spec, std::stop_token stop) {
 }
 
 Result<JobRecord> Jobs::submit(const JobSpec& spec, std::stop_token stop) {
+  if (stopping_) return shutting_down();
   if (const Result<Plan> plan = check(spec, stop); !plan) return plan.error();
   const std::lock_guard lock(mutex_);
-  if (stopping_) return Error{ErrorCode::conflict, "the service is shutting down", ""};
-  const auto live = std::count_if(runs_.begin(), runs_.end(),
-                                  [](const auto& run) { return !is_terminal(run.second->job()->state()); });
-  if (live >= limits_.max_live_jobs) {
-    return Error{ErrorCode::limit_exceeded, "too many jobs are waiting; try again later", "queue"};
-  }
-  forget_oldest();
+  if (const Status room = check_room(); !room) return room.error();
+  if (const Status forgotten = forget_oldest(); !forgotten) return forgotten.error();
   JobRecord record;
   record.id = new_id();
   record.spec = spec;
@@ -73,19 +99,75 @@ Result<JobRecord> Jobs::submit(const JobSpec& spec, std::stop_token stop) {
   created.time = record.created;
   created.version = record.version;
   if (const Status added = log_.add(record, created); !added) return added.error();
-  const auto run =
-      std::make_shared<RunJob>(std::make_shared<Job>(record, log_), scenes_, maps_, workers_, passes_);
-  runs_.emplace(record.id, run);
-  scheduler_.submit(run, spec.priority);
+  put_to_work(runs_.emplace(record.id, make_run(record)).first->second);
   return record;
 }
 
 Result<JobRecord> Jobs::cancel(const std::string& id) {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
-  if (const Status asked = run->job()->cancel(); !asked) return asked.error();
-  // A job whose turn it is not would wait for its next slice, behind the passes of others.
-  if (scheduler_.withdraw(run)) run->abandon();
+  Job& job = *run->job();
+  const Status moved = job.move(JobState::canceling);
+  const JobState after = job.state();
+  if (!moved && after != JobState::canceling && after != JobState::canceled) return moved.error();
+  run->interrupt();
+  put_to_work(run);
+  // A job whose turn it is not need not wait for it. A refusal says that its turn has come meanwhile.
+  if (scheduler_.hurry(run)) (void)job.move(JobState::canceled).ok();
+  return job.record();
+}
+
+Result<JobRecord> Jobs::pause(const std::string& id) {
+  const std::shared_ptr<RunJob> run = find(id);
+  if (!run) return no_job(id);
+  Job& job = *run->job();
+  const auto by_request = [](JobRecord& record) { record.pause_reason = PauseReason::request; };
+  const Status moved = job.move(JobState::paused, by_request);
+  if (!moved && job.state() != JobState::paused) return moved.error();
+  if (job.record().pause_reason != PauseReason::request) {  // then it would go on by itself
+    if (const Status noted = job.note(EventKind::state, by_request); !noted) return noted.error();
+  }
+  run->interrupt();
+  scheduler_.hurry(run);
+  return job.record();
+}
+
+Result<JobRecord> Jobs::resume(const std::string& id) { return start_again(id, JobState::paused, {}); }
+
+Result<JobRecord> Jobs::extend(const std::string& id, const StopRule& stop) {
+  const std::shared_ptr<RunJob> run = find(id);
+  if (!run) return no_job(id);
+  const JobSpec& spec = run->job()->spec;
+  if (const Status fine = check_settings(spec.photons, spec.settings, stop); !fine) return fine.error();
+  const bool succeeded = run->job()->state() == JobState::succeeded;
+  if (!succeeded && !same(run->job()->stop_rule(), stop)) {
+    return Error{ErrorCode::conflict, "only a succeeded job can be extended", ""};
+  }
+  return start_again(id, JobState::succeeded, [&](JobRecord& record) { record.spec.stop = stop; });
+}
+
+Result<JobRecord> Jobs::retry(const std::string& id) {
+  return start_again(id, JobState::failed, [](JobRecord& record) {
+    record.failure.reset();
+    record.crashes = 0;
+  });
+}
+
+/// Moves a job that rests in `from` back to the queue. One that is on its way is left as it is.
+Result<JobRecord> Jobs::start_again(const std::string& id, JobState from, const Job::Edit& edit) {
+  const std::lock_guard lock(mutex_);
+  const auto found = runs_.find(id);
+  if (found == runs_.end()) return no_job(id);
+  const std::shared_ptr<RunJob>& run = found->second;
+  const JobState state = run->job()->state();
+  if (state == JobState::queued || is_running(state)) return run->job()->record();
+  if (state != from) {
+    return Error{ErrorCode::conflict,
+                 std::string("the job is ") + state_name(state) + ", not " + state_name(from), ""};
+  }
+  if (const Status room = check_room(); !room && from != JobState::paused) return room.error();
+  if (const Status moved = run->job()->move(JobState::queued, edit); !moved) return moved.error();
+  put_to_work(run);
   return run->job()->record();
 }
 
@@ -96,9 +178,7 @@ Status Jobs::remove(const std::string& id) {
   if (!is_terminal(found->second->job()->state())) {
     return Error{ErrorCode::conflict, "the job has not ended; cancel it first", ""};
   }
-  runs_.erase(found);
-  store_.remove_job(id);
-  return Done{};
+  return forget(id);
 }
 
 Status Jobs::remove_scene(const Digest& id) {
@@ -107,12 +187,11 @@ Status Jobs::remove_scene(const Digest& id) {
   if (scene->sample) return Error{ErrorCode::conflict, "a sample scene cannot be deleted", ""};
   const std::lock_guard lock(mutex_);
   for (const auto& [name, run] : runs_) {
-    if (run->job()->spec().scene == id && !is_terminal(run->job()->state())) {
+    if (run->job()->spec.scene == id && !is_terminal(run->job()->state())) {
       return Error{ErrorCode::conflict, "job " + name + " needs this scene", ""};
     }
   }
-  store_.remove_scene(id);
-  return Done{};
+  return store_.remove_scene(id);
 }
 
 Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, std::stop_token stop) {
@@ -125,7 +204,7 @@ Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, std::stop_token s
   for (const MapKey& key : result.keys) result.ready += maps_.find(key) ? 1 : 0;
   if (result.ready == result.keys.size()) return result;
   const std::lock_guard lock(mutex_);
-  if (stopping_) return Error{ErrorCode::conflict, "the service is shutting down", ""};
+  if (stopping_) return shutting_down();
   std::erase_if(prewarms_, [](const auto& prewarm) { return prewarm.second->ended(); });
   if (prewarms_.contains(spec)) return result;
   if (prewarms_.size() >= kMaxPrewarms) {
@@ -140,7 +219,9 @@ Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, std::stop_token s
 Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision, FrameFormat format) const {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
-  return run->job()->frames.get(revision, format);
+  Result<Frames::Bytes> running = run->job()->frames.get(revision, format);
+  if (running || running.error().code != ErrorCode::not_found) return running;
+  return files_.frame(id, revision, format);
 }
 
 std::shared_ptr<RunJob> Jobs::find(const std::string& id) const {
@@ -149,37 +230,101 @@ std::shared_ptr<RunJob> Jobs::find(const std::string& id) const {
   return found == runs_.end() ? nullptr : found->second;
 }
 
-void Jobs::forget_oldest() {
+std::shared_ptr<RunJob> Jobs::make_run(JobRecord record) {
+  return std::make_shared<RunJob>(std::make_shared<Job>(std::move(record), log_), parts_);
+}
+
+void Jobs::put_to_work(const std::shared_ptr<RunJob>& run) {
+  if (run->claim()) scheduler_.submit(run, run->job()->spec.priority);
+}
+
+/// Whether one more job may be on its way.
+Status Jobs::check_room() const {
+  if (stopping_) return shutting_down();
+  if (room_.full()) return disk_full("the disk is full; try again when there is room");
+  const auto live = std::count_if(runs_.begin(), runs_.end(),
+                                  [](const auto& run) { return !is_terminal(run.second->job()->state()); });
+  if (live < limits_.max_live_jobs) return Done{};
+  return Error{ErrorCode::limit_exceeded, "too many jobs are waiting; try again later", "queue"};
+}
+
+/// The files go first: a job whose files are missing is whole, a file whose job is missing is litter.
+Status Jobs::forget(const std::string& id) {
+  if (const Status dropped = files_.drop_checkpoints(id); !dropped) return dropped;
+  if (const Status dropped = files_.drop_frames(id); !dropped) return dropped;
+  if (const Status removed = store_.remove_job(id); !removed) return removed;
+  runs_.erase(id);
+  return Done{};
+}
+
+Status Jobs::forget_oldest() {
   std::vector<std::pair<std::uint64_t, std::string>> ended;
-  std::uint64_t bytes = 0;
   for (const auto& [id, run] : runs_) {
     const JobRecord record = run->job()->record();
-    if (!is_terminal(record.state)) continue;
-    ended.emplace_back(record.sequence, id);
-    bytes += run->job()->frames.memory_bytes();
+    if (is_terminal(record.state)) ended.emplace_back(record.sequence, id);
   }
+  if (ended.size() <= static_cast<std::size_t>(limits_.max_kept_jobs)) return Done{};
   std::sort(ended.begin(), ended.end());
-  std::size_t kept = ended.size();
+  ended.resize(ended.size() - static_cast<std::size_t>(limits_.max_kept_jobs));
   for (const auto& [sequence, id] : ended) {
-    if (bytes <= limits_.picture_bytes && kept <= static_cast<std::size_t>(limits_.max_kept_jobs)) return;
-    bytes -= runs_.at(id)->job()->frames.memory_bytes();
-    --kept;
-    runs_.erase(id);
-    store_.remove_job(id);
+    if (const Status forgotten = forget(id); !forgotten) return forgotten;
+  }
+  return Done{};
+}
+
+/// Looks after the disk, and after jobs that wait for it.
+void Jobs::keep_house(std::stop_token stop) {
+  constexpr std::chrono::seconds kInterval{1};
+  std::mutex mutex;
+  while (!stop.stop_requested()) {
+    // A disk that cannot be looked at is as good as a full one.
+    if (!room_.tidy() || room_.full())
+      pause_for_room();
+    else
+      wake();
+    std::unique_lock lock(mutex);
+    tick_.wait_for(lock, stop, kInterval, [] { return false; });
+  }
+}
+
+void Jobs::pause_for_room() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [id, run] : runs_) {
+    const JobState state = run->job()->state();
+    if (state != JobState::queued && !is_running(state)) continue;
+    const Status paused = run->job()->move(
+        JobState::paused, [](JobRecord& record) { record.pause_reason = PauseReason::disk_full; });
+    if (!paused) continue;  // it has moved on, or nothing can be written at all: then its run stalls
+    run->interrupt();
+    scheduler_.hurry(run);
+  }
+}
+
+/// Takes up what waited for room, in the order it came.
+void Jobs::wake() {
+  const std::lock_guard lock(mutex_);
+  if (stopping_) return;
+  std::map<std::uint64_t, std::shared_ptr<RunJob>> waiting;
+  for (const auto& [id, run] : runs_) {
+    const bool paused = run->job()->pause_reason() == PauseReason::disk_full;
+    if (paused || run->stalled()) waiting.emplace(run->job()->record().sequence, run);
+  }
+  for (const auto& [sequence, run] : waiting) {
+    if (run->missing_bytes() > 0 && !room_.make_room(run->missing_bytes())) continue;
+    if (run->stalled() || run->job()->move(JobState::queued)) put_to_work(run);
   }
 }
 
 void Jobs::stop() {
-  std::vector<std::string> live;
+  housekeeper_.request_stop();
+  if (housekeeper_.joinable()) housekeeper_.join();
   {
     const std::lock_guard lock(mutex_);
-    stopping_ = true;
+    if (stopping_.exchange(true)) return;
     stop_prewarming_.request_stop();
-    for (const auto& [id, run] : runs_) {
-      if (!is_terminal(run->job()->state())) live.push_back(id);
-    }
+    for (const auto& [id, run] : runs_) run->drain();
   }
-  for (const std::string& id : live) (void)cancel(id).ok();  // one that has just ended needs no cancelling
+  scheduler_.wait_idle(kDrainTime);
   scheduler_.stop();
 }
 

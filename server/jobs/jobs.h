@@ -1,14 +1,19 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "server/jobs/disk_room.h"
 #include "server/jobs/event_log.h"
 #include "server/jobs/job.h"
 #include "server/jobs/map_cache.h"
@@ -16,6 +21,7 @@
 #include "server/jobs/run_job.h"
 #include "server/jobs/scene_library.h"
 #include "server/jobs/scheduler.h"
+#include "server/store/job_files.h"
 #include "server/store/store.h"
 
 namespace photond {
@@ -25,22 +31,30 @@ struct JobLimits {
   int threads = 0;
   std::uint64_t map_cache_bytes = 1ull << 30;
   std::uint64_t scene_cache_bytes = 1ull << 30;
-  std::uint64_t picture_bytes = 1ull << 30;
   std::uint64_t max_pixels = 8'388'608;
   int max_live_jobs = 256;
   int max_kept_jobs = 1024;
+  DiskLimits disk;
 };
 
 /// Everything that happens behind the HTTP interface, in native types. Thread-safe.
 class Jobs {
  public:
-  /// `files` may be null: photon maps are kept in memory only.
-  Jobs(Store& store, const JobLimits& limits, std::unique_ptr<MapFiles> files);
+  /// `store` and `files`, which are in the folder `data`, must outlive the object.
+  /// `maps` may be null: photon maps are kept in memory only.
+  Jobs(Store& store, JobFiles& files, const std::filesystem::path& data, IdentityOf identity, const JobLimits& limits,
+       std::unique_ptr<MapFiles> maps);
   ~Jobs();
+
+  /// Takes up what an earlier life of the service left. To be called once, when the scenes are there.
+  void recover();
 
   SceneLibrary& scenes() { return scenes_; }
   MapCache& maps() { return maps_; }
   const MapCache& maps() const { return maps_; }
+  /// How full the disk is. While it is full, running jobs are paused and new ones refused; both ends by itself.
+  DiskRoom& room() { return room_; }
+  const DiskRoom& room() const { return room_; }
   const EventLog& events() const { return log_; }
   const JobLimits& limits() const { return limits_; }
   int threads() const { return workers_.threads(); }
@@ -51,10 +65,21 @@ class Jobs {
   /// Returns the plan that the scene gets by these settings.
   Result<Plan> check(const JobSpec& spec, std::stop_token stop);
   /// Checks and queues. Errors: as check; limit_exceeded with `where` "queue" while too many jobs are alive;
-  /// conflict while shutting down.
+  /// cancelled while shutting down.
   Result<JobRecord> submit(const JobSpec& spec, std::stop_token stop);
   /// Asks a job to end; what computes stops within a second. Errors: not_found, conflict (it has ended).
   Result<JobRecord> cancel(const std::string& id);
+  /// Puts a job aside until it is resumed; what computes stops within a second and its passes are kept. Again: no
+  /// error. Errors: not_found, conflict (it ends or has ended).
+  Result<JobRecord> pause(const std::string& id);
+  /// Takes a paused job up again. One that is on its way already: no error. Errors: not_found, conflict.
+  Result<JobRecord> resume(const std::string& id);
+  /// Lets a succeeded job go on to a later stop. One that is on its way to that stop: no error. Errors: not_found,
+  /// conflict, invalid_input ("/stop/…"), limit_exceeded as submit.
+  Result<JobRecord> extend(const std::string& id, const StopRule& stop);
+  /// Lets a failed job begin again, from its last checkpoint. One that is on its way: no error. Errors: not_found,
+  /// conflict, limit_exceeded as submit.
+  Result<JobRecord> retry(const std::string& id);
   /// Forgets an ended job. Errors: not_found, conflict.
   Status remove(const std::string& id);
   /// Forgets a scene. Errors: not_found; conflict (a sample, or a live job needs it).
@@ -65,31 +90,49 @@ class Jobs {
     std::size_t ready = 0;     ///< of them
   };
   /// Has photon maps built, behind the interactive jobs; asking again tells how far it is and queues nothing twice.
-  /// Errors: those of the settings and the scene; limit_exceeded with `where` "queue"; conflict while shutting down.
+  /// Errors: those of the settings and the scene; limit_exceeded with `where` "queue"; cancelled while shutting down.
   Result<Prewarmed> prewarm(const PrewarmSpec& spec, std::stop_token stop);
-  /// A picture of a job. Errors: not_found, or the encoder's.
+  /// A picture of a job: of the newest ones while it runs, its newest once it rests. Errors: not_found, or the
+  /// encoder's.
   Result<Frames::Bytes> frame(const std::string& id, std::uint32_t revision, FrameFormat format) const;
 
-  /// Refuses new jobs, cancels the running ones and ends the render thread.
+  /// Refuses new work, puts the running jobs back into the queue with their passes kept, and ends the render thread.
+  /// What is not put away after `kDrainTime` goes on from its last checkpoint at the next start.
   void stop();
+  bool stopping() const { return stopping_; }
 
  private:
+  static constexpr std::chrono::seconds kDrainTime{15};
+
   std::shared_ptr<RunJob> find(const std::string& id) const;
-  void forget_oldest();
+  std::shared_ptr<RunJob> make_run(JobRecord record);
+  Status check_room() const;
+  Result<JobRecord> start_again(const std::string& id, JobState from, const Job::Edit& edit);
+  void put_to_work(const std::shared_ptr<RunJob>& run);
+  Status forget(const std::string& id);
+  Status forget_oldest();
+  void keep_house(std::stop_token stop);
+  void pause_for_room();
+  void wake();
 
   Store& store_;
+  JobFiles& files_;
   const JobLimits limits_;
   EventLog log_;
+  DiskRoom room_;
   Workers workers_;
   SceneLibrary scenes_;
   MapCache maps_;
-  mutable std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<RunJob>> runs_;
+  std::atomic<std::uint64_t> passes_{0};
+  const RunParts parts_;
+  mutable std::mutex mutex_;  ///< of the maps below, and of what must not happen beside a change of it
+  std::map<std::string, std::shared_ptr<RunJob>> runs_;  ///< of every job that is known
   std::map<PrewarmSpec, std::shared_ptr<Prewarm>> prewarms_;  ///< not ended, and some that have
   std::stop_source stop_prewarming_;
-  bool stopping_ = false;
-  std::atomic<std::uint64_t> passes_{0};
-  Scheduler scheduler_;  ///< last: its thread uses all of the above
+  std::atomic<bool> stopping_ = false;
+  Scheduler scheduler_;  ///< late: its thread uses all of the above
+  std::condition_variable_any tick_;
+  std::jthread housekeeper_;
 };
 
 }  // namespace photond

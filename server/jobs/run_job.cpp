@@ -4,79 +4,165 @@
 #include <exception>
 #include <utility>
 
+#include "core/film/film_bytes.h"
+#include "server/store/file.h"
+
 namespace photond {
 
 namespace {
 
 constexpr double kProgressSeconds = 0.5;  // between two progress events
+constexpr std::uint32_t kMaxCrashes = 10;  // a job that kills the service each time must not do so for ever
 
 }  // namespace
 
+RunJob::RunJob(std::shared_ptr<Job> job, const RunParts& parts) : job_(std::move(job)), parts_(parts), maps_(parts.maps) {
+  const JobRecord record = job_->record();
+  earlier_hits_ = record.map_hits;
+  earlier_disk_hits_ = record.map_disk_hits;
+  earlier_misses_ = record.map_misses;
+}
+
+// --- what others may ask --------------------------------------------------------------------------------------------
+
+bool RunJob::claim() {
+  const std::lock_guard lock(mutex_);
+  stalled_ = false;
+  return !std::exchange(scheduled_, true);
+}
+
+void RunJob::interrupt() {
+  const std::lock_guard lock(mutex_);
+  stop_.request_stop();
+}
+
+void RunJob::drain() {
+  const std::lock_guard lock(mutex_);
+  draining_ = true;
+  stop_.request_stop();
+}
+
+bool RunJob::stalled() const {
+  const std::lock_guard lock(mutex_);
+  return stalled_;
+}
+
+Status RunJob::put_back() {
+  const JobRecord record = job_->record();
+  if (record.state == JobState::canceling) return job_->move(JobState::canceled);
+  if (!is_running(record.state)) return Done{};
+  if (record.crashes >= kMaxCrashes) {
+    return job_->move(JobState::failed, [&](JobRecord& changed) {
+      changed.failure = Error{ErrorCode::internal,
+                              "the service ended " + std::to_string(record.crashes + 1) +
+                                  " times in a row while this job was running; retry it if the job is not the reason",
+                              ""};
+    });
+  }
+  return job_->move(JobState::queued, [](JobRecord& changed) { ++changed.crashes; });
+}
+
+// --- slices -----------------------------------------------------------------------------------------------------------
+
 bool RunJob::step() {
-  Status status = Done{};
+  arm();
   try {
-    status = advance();
-  } catch (const std::exception& failure) {
-    status = Error{ErrorCode::internal, std::string("rendering failed: ") + failure.what(), ""};
+    if (const Status status = advance(); !status) take_failure(status.error());
+    settle();
+  } catch (const std::exception& failure) {  // out of memory, most likely
+    take_failure({ErrorCode::internal, std::string("rendering failed: ") + failure.what(), ""});
   }
-  if (!status) end_with(status.error());
-  const bool more = !is_terminal(job_->state());
-  if (!more) release();
-  return more;
+  return !rest();
 }
 
-void RunJob::abandon() {
-  end_with(cancelled());
-  release();
+/// A run that was interrupted and is wanted again gets a stop token of its own.
+void RunJob::arm() {
+  const JobState state = job_->state();
+  const std::lock_guard lock(mutex_);
+  const bool wanted = state == JobState::queued || is_running(state);
+  if (wanted && !draining_ && stop_.stop_requested()) stop_ = std::stop_source();
+  execution_ = parts_.workers.execution(stop_.get_token());
 }
 
-void RunJob::release() {
-  film_ = Film();
-  maps_.release();
-  task_.reset();
-}
-
-void RunJob::end_with(const Error& error) {
-  const auto numbers = [this](JobRecord& record) { put_numbers(record); };
-  if (execution_.cancelled() || job_->state() == JobState::canceling) {
-    if (job_->move(JobState::canceled, numbers)) return;
-  }
-  const auto failure = [&](JobRecord& record) {
-    put_numbers(record);
-    record.failure = error;
-  };
-  // A refusal here means that the job has ended meanwhile, which is all that is wanted.
-  (void)job_->move(JobState::failed, failure).ok();
+/// Whether the scheduler is to forget the run; together with `claim` nobody's wish to go on is lost in between.
+bool RunJob::rest() {
+  const std::lock_guard lock(mutex_);
+  const JobState state = job_->state();
+  const bool over = is_terminal(state) || state == JobState::paused || stalled_ || draining_;
+  if (over) scheduled_ = false;
+  return over;
 }
 
 Status RunJob::advance() {
-  if (execution_.cancelled()) return cancelled();
-  if (!task_) return prepare_task();
-  if (revision_ == 0 && film_.pass_count() == 0 && !previewed_ && has_preview(*task_)) return publish_preview();
+  const JobState state = job_->state();
+  if (execution_.cancelled() || is_terminal(state) || state == JobState::paused || state == JobState::canceling) {
+    return cancelled();
+  }
+  if (state != JobState::rendering || !task_) return prepare();
+  if (stop_rule_met()) return finish();  // by what was restored
+  const bool nothing_shown = film_.pass_count() == 0 && !previewed_ && job_->record().revision == 0;
+  if (nothing_shown && has_preview(*task_)) return publish_preview();
   if (const Status rendered = render_next_pass(); !rendered) return rendered;
   if (stop_rule_met()) return finish();
-  if (rule_.due(film_.pass_count(), wall_seconds())) return publish(false);
+  if (rule_.due(film_.pass_count(), wall_seconds())) {
+    if (const Status published = publish(false); !published) return published;
+  }
+  if (checkpoints_.due(compute_seconds_)) return checkpoint();
   return wall_seconds() - told_ >= kProgressSeconds ? tell_progress() : Done{};
 }
 
-Status RunJob::prepare_task() {
+Status RunJob::prepare() {
+  if (const Status queued = put_back(); !queued) return queued;
   begin_ = Clock::now();
+  told_ = 0;
+  rule_ = RevisionRule();
   if (const Status moved = job_->move(JobState::preparing); !moved) return moved;
-  const JobSpec& spec = job_->spec();
-  const auto scene = scenes_.prepared(spec.scene, execution_);
+  if (!task_) {
+    if (const Status made = make_task(); !made) return made;
+    if (const Status restored = restore(); !restored) return restored;
+    compute_seconds_ += wall_seconds();
+  }
+  return job_->move(JobState::rendering, [&](JobRecord& record) {
+    record.plan = task_->plan;
+    put_numbers(record);
+  });
+}
+
+Status RunJob::make_task() {
+  const JobSpec& spec = job_->spec;
+  const auto scene = parts_.scenes.prepared(spec.scene, execution_);
   if (!scene) return scene.error();
   const Result<Camera> camera = choose_camera((*scene)->scene.cameras, spec.camera);
   if (!camera) return camera.error();
   Result<RenderTask> task = make_render_task(*scene, *camera, spec.photons, spec.settings, execution_,
                                              [this](const auto&... of) { return maps_.guide(of...); });
   if (!task) return task.error();
+  Result<std::string> identity = parts_.identity(*task);
+  if (!identity) return identity.error();
   task_ = std::make_shared<const RenderTask>(std::move(*task));
-  film_ = Film(spec.settings.width, spec.settings.height);
-  compute_seconds_ += wall_seconds();
-  return job_->move(JobState::rendering, [&](JobRecord& record) {
-    record.plan = task_->plan;
-    put_numbers(record);
-  });
+  identity_ = std::move(*identity);
+  return Done{};
+}
+
+Status RunJob::restore() {
+  const RenderSettings& settings = job_->spec.settings;
+  film_ = Film(settings.width, settings.height);
+  error_ = {};
+  compute_seconds_ = 0;
+  published_passes_ = 0;
+  checkpoints_ = CheckpointRule();
+  const Clock::time_point begin = Clock::now();
+  Result<std::optional<Restored>> restored = restore_checkpoint(parts_.files, job_->id, identity_);
+  if (!restored) return restored.error();
+  if (*restored) {
+    film_ = std::move((*restored)->film);
+    compute_seconds_ = (*restored)->seconds;
+    // The same value as when this pass was done: where the job stops does not depend on the restart.
+    error_ = estimate_error(film_, execution_);
+    checkpoints_.done(compute_seconds_, std::chrono::duration<double>(Clock::now() - begin).count());
+  }
+  checkpoint_passes_ = film_.pass_count();
+  return Done{};
 }
 
 MapSource RunJob::map_source() {
@@ -91,11 +177,11 @@ Status RunJob::publish_preview() {
   Result<Image> image = render_preview(*task_, map_source(), execution_);
   if (!image) return image.error();
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
-  job_->frames.publish(++revision_, std::move(*image), std::nullopt);
+  job_->frames.publish(1, std::move(*image), std::nullopt);
   told_ = wall_seconds();
   return job_->note(EventKind::frame, [&](JobRecord& record) {
     put_numbers(record);
-    record.revision = revision_;
+    record.revision = 1;
     record.first_frame_seconds = told_;
   });
 }
@@ -104,16 +190,16 @@ Status RunJob::render_next_pass() {
   const Clock::time_point begin = Clock::now();
   const Result<PassImage> pass = render_pass(*task_, film_.pass_count(), map_source(), execution_);
   if (!pass) return pass.error();
-  // After a cancel a pass may come back with holes: what was skipped is black.
+  // After an interrupt a pass may come back with holes: what was skipped is black.
   if (execution_.cancelled()) return cancelled();
   add_pass(film_, film_.pass_count(), *pass, execution_);
-  ++passes_;
+  ++parts_.passes;
   if (is_measured(film_.pass_count())) error_ = estimate_error(film_, execution_);
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
   return Done{};
 }
 
-bool RunJob::stop_rule_met() const { return rule_met(job_->spec().stop, progress()) != nullptr; }
+bool RunJob::stop_rule_met() const { return rule_met(job_->stop_rule(), progress()) != nullptr; }
 
 Progress RunJob::progress() const { return {film_.pass_count(), compute_seconds_, error_}; }
 
@@ -121,21 +207,57 @@ Status RunJob::finish() {
   const auto numbers = [this](JobRecord& record) { put_numbers(record); };
   if (const Status moved = job_->move(JobState::finalizing, numbers); !moved) return moved;
   if (const Status published = publish(true); !published) return published;
+  if (const Status kept = keep_picture(); !kept) return kept;
+  // For `extend`, which otherwise begins anew: the bits are the same.
+  if (checkpoint_passes_ < film_.pass_count() && checkpoints_.worth_keeping(compute_seconds_)) {
+    if (const Status saved = checkpoint(); !saved) return saved;
+  }
   return job_->move(JobState::succeeded);
 }
 
 Status RunJob::publish(bool result) {
-  ++revision_;
+  const std::uint32_t revision = job_->record().revision + 1;
   error_ = estimate_error(film_, execution_);
-  job_->frames.publish(revision_, film_picture(film_, execution_),
+  job_->frames.publish(revision, film_picture(film_, execution_),
                        result ? std::optional(error_layers(film_, execution_)) : std::nullopt);
   told_ = wall_seconds();
-  return job_->note(EventKind::frame, [&](JobRecord& record) {
+  const Status told = job_->note(EventKind::frame, [&](JobRecord& record) {
     put_numbers(record);
-    record.revision = revision_;
+    record.revision = revision;
     if (!record.first_frame_seconds) record.first_frame_seconds = told_;
-    record.series.push_back({revision_, record.passes, record.seconds, record.error});
+    record.series.push_back({revision, record.passes, record.seconds, record.error});
   });
+  if (told) published_passes_ = film_.pass_count();
+  return told;
+}
+
+/// Writes the newest picture to the disk in every format, where it survives the process; encoded here and now, so that
+/// a revision's bytes never change.
+Status RunJob::keep_picture() {
+  const std::uint32_t revision = job_->record().revision;
+  for (int i = 0; i < kFrameFormats; ++i) {
+    const auto format = static_cast<FrameFormat>(i);
+    const Result<Frames::Bytes> bytes = job_->frames.get(revision, format);
+    if (!bytes && bytes.error().code == ErrorCode::not_found) return Done{};  // none yet, or on the disk already
+    if (!bytes) return bytes.error();
+    const Status kept = parts_.files.put_frame(job_->id, revision, format, **bytes);
+    if (!kept) return kept;
+  }
+  job_->frames.clear();
+  return Done{};
+}
+
+Status RunJob::checkpoint() {
+  const Clock::time_point begin = Clock::now();
+  missing_bytes_ = film_size(film_);
+  if (const Status room = parts_.room.make_room(missing_bytes_); !room) return room;
+  const Status saved = save_checkpoint(parts_.files, job_->id, identity_, film_, compute_seconds_);
+  if (!saved) return saved;
+  missing_bytes_ = 0;
+  checkpointed_ = true;
+  checkpoint_passes_ = film_.pass_count();
+  checkpoints_.done(compute_seconds_, std::chrono::duration<double>(Clock::now() - begin).count());
+  return Done{};
 }
 
 Status RunJob::tell_progress() {
@@ -143,14 +265,85 @@ Status RunJob::tell_progress() {
   return job_->note(EventKind::progress, [this](JobRecord& record) { put_numbers(record); });
 }
 
+// --- the end, or a rest -------------------------------------------------------------------------------------------------
+
+void RunJob::take_failure(const Error& error) {
+  if (execution_.cancelled()) return;  // the job's state, or the end of the service, says what is to be done
+  const JobState state = job_->state();
+  if (is_terminal(state) || state == JobState::paused || state == JobState::canceling) return;
+  if (is_disk_full(error)) {
+    return stall(job_->move(JobState::paused, [](JobRecord& record) { record.pause_reason = PauseReason::disk_full; }));
+  }
+  stall(job_->move(JobState::failed, [&](JobRecord& record) {
+    if (task_) put_numbers(record);
+    record.failure = error;
+  }));
+}
+
+/// What the state that others, or a failure, have brought about asks for.
+void RunJob::settle() {
+  if (job_->state() == JobState::canceling) {
+    stall(job_->move(JobState::canceled, [this](JobRecord& record) {
+      if (task_) put_numbers(record);
+    }));
+  }
+  const JobState state = job_->state();
+  if (is_terminal(state)) return release();
+  if (state == JobState::paused) return put_away();
+  bool draining = false;
+  {
+    const std::lock_guard lock(mutex_);
+    draining = draining_;
+  }
+  if (!draining) return;
+  put_away();
+  if (is_running(state)) stall(job_->move(JobState::queued, [this](JobRecord& record) {
+    if (task_) put_numbers(record);
+  }));
+}
+
+/// Writes down what a job needs to go on, and its picture, and gives back the memory; where the disk is full, keeps it.
+void RunJob::put_away() {
+  if (!task_) return;
+  Status kept = Done{};
+  if (checkpoint_passes_ < film_.pass_count()) kept = checkpoint();
+  if (kept && job_->state() == JobState::paused) {
+    if (published_passes_ < film_.pass_count()) kept = publish(false);
+    if (kept) kept = keep_picture();
+  }
+  if (!kept) return;
+  film_ = Film();
+  maps_.release();
+  task_.reset();
+}
+
+void RunJob::release() {
+  film_ = Film();
+  maps_.release();
+  task_.reset();
+  const JobState state = job_->state();
+  // Nothing hangs on these: what cannot be kept or dropped now is missing after a restart, or in the way.
+  if (state != JobState::succeeded) (void)keep_picture().ok();
+  const std::size_t keep = state == JobState::canceled ? 0 : 1;
+  (void)parts_.files.drop_checkpoints(job_->id, keep).ok();
+}
+
+/// After a change that the store refused there is nothing to do but to wait for the store.
+void RunJob::stall(const Status& refused) {
+  if (refused || refused.error().code == ErrorCode::conflict) return;  // a conflict: the job has moved meanwhile
+  const std::lock_guard lock(mutex_);
+  stalled_ = true;
+}
+
 void RunJob::put_numbers(JobRecord& record) const {
   record.passes = film_.pass_count();
   record.seconds = compute_seconds_;
   record.rejected = film_.rejected;
   if (error_.known) record.error = error_;
-  record.map_hits = maps_.hits();
-  record.map_disk_hits = maps_.disk_hits();
-  record.map_misses = maps_.misses();
+  record.map_hits = earlier_hits_ + maps_.hits();
+  record.map_disk_hits = earlier_disk_hits_ + maps_.disk_hits();
+  record.map_misses = earlier_misses_ + maps_.misses();
+  if (checkpointed_) record.crashes = 0;
   record.eta_seconds = remaining_seconds(record.spec.stop, progress());
   // Other jobs take turns: what is left stretches as what is done has been stretched.
   if (record.eta_seconds && compute_seconds_ > 0)

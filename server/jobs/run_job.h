@@ -2,13 +2,19 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
 
 #include "core/film/error.h"
 #include "core/film/film.h"
 #include "core/film/reconstruct.h"
 #include "core/render/preview.h"
 #include "core/render/render.h"
+#include "server/jobs/checkpoint.h"
+#include "server/jobs/disk_room.h"
 #include "server/jobs/job.h"
 #include "server/jobs/map_cache.h"
 #include "server/jobs/revision_rule.h"
@@ -18,57 +24,97 @@
 
 namespace photond {
 
-/// Turns a queued job into a picture: its first slice prepares, every further one renders a pass. Whatever
-/// happens, the job ends in a terminal state.
+/// What determines a picture, and the program, as text: films of the same may be added.
+using IdentityOf = std::function<Result<std::string>(const RenderTask&)>;
+
+/// What all runs share. The references must outlive them.
+struct RunParts {
+  SceneLibrary& scenes;
+  MapCache& maps;
+  const Workers& workers;
+  JobFiles& files;
+  DiskRoom& room;
+  std::atomic<std::uint64_t>& passes;  ///< over all jobs
+  IdentityOf identity;
+};
+
+/// Turns a queued job into a picture: the first slice prepares, or goes on from a checkpoint, every further one renders
+/// a pass. What others want of the job they say by its state (canceling, paused) and `interrupt`; the next slice then
+/// puts it away. A run may be put away and taken up again any number of times.
 class RunJob : public Slices {
  public:
-  /// The references must outlive the run; `passes` counts over all jobs.
-  RunJob(std::shared_ptr<Job> job, SceneLibrary& scenes, MapCache& maps, const Workers& workers,
-         std::atomic<std::uint64_t>& passes)
-      : job_(std::move(job)),
-        scenes_(scenes),
-        maps_(maps),
-        passes_(passes),
-        execution_(workers.execution(job_->stop())) {}
+  RunJob(std::shared_ptr<Job> job, const RunParts& parts);
 
   bool step() override;
-  /// Ends a job whose slices will not run any more.
-  void abandon();
+
+  /// True where the run is to be given to a scheduler, since it is in none; from then on it counts as in one, until a
+  /// `step` has returned false.
+  bool claim();
+  /// Ends what computes now within a second.
+  void interrupt();
+  /// As `interrupt`, for an end of the service: the job is put away and goes back to the queue.
+  void drain();
+  /// Puts a job that an earlier life of the service left unfinished back into the queue.
+  Status put_back();
+  /// In no scheduler although its job is neither ended nor paused: the store refused to say so.
+  bool stalled() const;
+  /// Bytes that there was no room for when the job was last put aside; 0 where there was.
+  std::uint64_t missing_bytes() const { return missing_bytes_; }
 
   const std::shared_ptr<Job>& job() const { return job_; }
 
  private:
   using Clock = std::chrono::steady_clock;
 
+  void arm();
+  bool rest();
   Status advance();
-  Status prepare_task();
+  Status prepare();
+  Status make_task();
+  Status restore();
   Status publish_preview();
   Status render_next_pass();
   Status finish();
   Status publish(bool result);
   MapSource map_source();
+  Status keep_picture();
+  Status checkpoint();
   Status tell_progress();
+  void take_failure(const Error& error);
+  void settle();
+  void put_away();
+  void release();
+  void stall(const Status& refused);
   bool stop_rule_met() const;
   Progress progress() const;
   void put_numbers(JobRecord& record) const;
-  void end_with(const Error& error);
-  void release();
   double wall_seconds() const;
 
-  std::shared_ptr<Job> job_;
-  SceneLibrary& scenes_;
+  const std::shared_ptr<Job> job_;
+  const RunParts& parts_;
   MapUse maps_;
-  std::atomic<std::uint64_t>& passes_;
+
+  mutable std::mutex mutex_;  ///< of these four, which other threads use
+  std::stop_source stop_;
+  bool scheduled_ = false;
+  bool draining_ = false;
+  bool stalled_ = false;
+  std::atomic<std::uint64_t> missing_bytes_{0};
   Execution execution_;
 
   std::shared_ptr<const RenderTask> task_;
+  std::string identity_;
   Film film_;
   ErrorEstimate error_;
   RevisionRule rule_;
-  Clock::time_point begin_{};
+  CheckpointRule checkpoints_;
+  bool checkpointed_ = false;            ///< in this life of the service
+  std::uint32_t checkpoint_passes_ = 0;  ///< in the newest checkpoint
+  std::uint32_t published_passes_ = 0;   ///< in the newest picture
+  Clock::time_point begin_{};            ///< of the preparing
   double compute_seconds_ = 0;
   double told_ = 0;  ///< wall_seconds of the last event
-  std::uint32_t revision_ = 0;
+  std::uint64_t earlier_hits_, earlier_disk_hits_, earlier_misses_;  ///< of maps, in earlier lives of the service
   bool previewed_ = false;
 };
 

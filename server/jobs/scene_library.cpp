@@ -73,9 +73,7 @@ Status SceneLibrary::add_samples(const std::string& folder) {
                       bytes->size(),
                       true,
                       std::chrono::system_clock::now()};
-    const Status put =
-        store_.put_scene(scene, std::make_shared<const std::vector<std::byte>>(std::move(*bytes)));
-    if (!put) return put;
+    if (const Status put = store_.put_scene(scene, *bytes); !put) return put;
   }
   return Done{};
 }
@@ -84,6 +82,7 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
                                               std::stop_token stop) {
   const Digest id = sha256(bytes);
   if (const auto known = store_.scene(id)) return Added{*known, false};
+  if (const Status room = room_.make_room(bytes.size()); !room) return room.error();
   const Blob blob = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
   const Execution execution = workers_.execution(stop);
   auto scene = prepared_.get_or_build(
@@ -93,7 +92,7 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
       id, [&] { return summarize(scene->value, execution); }, stop);
   if (!described) return described.error();
   SceneRecord record{id, "", media_type, blob->size(), false, std::chrono::system_clock::now()};
-  if (const Status put = store_.put_scene(record, blob); !put) return put.error();
+  if (const Status put = store_.put_scene(record, *blob); !put) return put.error();
   return Added{record, true};
 }
 
@@ -111,9 +110,12 @@ Result<SceneLibrary::Summary> SceneLibrary::summary(const Digest& id, std::stop_
 
 Result<SceneLibrary::Prepared> SceneLibrary::prepared(const Digest& id, const Execution& execution) {
   const auto record = store_.scene(id);
-  const Blob bytes = store_.scene_bytes(id);
-  if (!record || !bytes) return Error{ErrorCode::not_found, "there is no scene " + to_hex(id), "/scene"};
-  const auto build = [&] { return prepare_bytes(bytes, record->media_type, execution); };
+  if (!record) return Error{ErrorCode::not_found, "there is no scene " + to_hex(id), "/scene"};
+  const auto build = [&]() -> Result<Prepared> {
+    const Result<Blob> bytes = store_.scene_bytes(id);
+    if (!bytes) return bytes.error();
+    return prepare_bytes(*bytes, record->media_type, execution);
+  };
   auto answer = prepared_.get_or_build(id, build, execution.stop);
   if (!answer) return answer.error();
   return std::move(answer->value);

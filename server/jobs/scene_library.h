@@ -10,6 +10,7 @@
 #include "core/render/plan.h"
 #include "core/scene/report.h"
 #include "core/trace/prepare.h"
+#include "server/jobs/disk_room.h"
 #include "server/jobs/shared_cache.h"
 #include "server/store/store.h"
 
@@ -30,9 +31,9 @@ class SceneLibrary {
   using Prepared = std::shared_ptr<const PreparedScene>;
   using Summary = std::shared_ptr<const SceneSummary>;
 
-  /// `workers` must outlive the library.
-  SceneLibrary(Store& store, const Workers& workers, std::uint64_t cache_bytes)
-      : store_(store), workers_(workers), prepared_(cache_bytes), summaries_(kSummaryBytes) {}
+  /// The references must outlive the library.
+  SceneLibrary(Store& store, DiskRoom& room, const Workers& workers, std::uint64_t cache_bytes)
+      : store_(store), room_(room), workers_(workers), prepared_(cache_bytes), summaries_(kSummaryBytes) {}
 
   /// Lists every *.glb of `folder`, named by its file, without parsing it. Errors: io.
   Status add_samples(const std::string& folder);
@@ -42,7 +43,7 @@ class SceneLibrary {
     bool fresh = false;  ///< not known before
   };
   /// Parses, prepares and stores an upload; nothing is stored where that fails. Errors: those of read_gltf and
-  /// read_archive, limit_exceeded of the store, unsupported for other media types, cancelled.
+  /// read_archive, limit_exceeded at "disk", unsupported for other media types, cancelled.
   Result<Added> add(std::vector<std::byte> bytes, const std::string& media_type, std::stop_token stop);
 
   /// Errors: not_found, or why the scene cannot be used.
@@ -57,6 +58,7 @@ class SceneLibrary {
   Result<Summary> summarize(const Prepared& scene, const Execution& execution);
 
   Store& store_;
+  DiskRoom& room_;
   const Workers& workers_;
   SharedCache<Digest, PreparedScene> prepared_;
   SharedCache<Digest, SceneSummary> summaries_;

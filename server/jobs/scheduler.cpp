@@ -33,9 +33,23 @@ void Scheduler::submit(std::shared_ptr<Slices> work, Priority priority) {
   work_.notify_one();
 }
 
-bool Scheduler::withdraw(const std::shared_ptr<Slices>& work) {
+bool Scheduler::hurry(const std::shared_ptr<Slices>& work) {
   const std::lock_guard lock(mutex_);
-  return classes_[0].remove(work) || classes_[1].remove(work);
+  for (int priority = 0; priority < 2; ++priority) {
+    if (!classes_[priority].remove(work)) continue;
+    hurried_.push_back({work, static_cast<Priority>(priority)});
+    return true;
+  }
+  return std::any_of(hurried_.begin(), hurried_.end(), [&](const Hurried& h) { return h.work == work; });
+}
+
+bool Scheduler::wait_idle(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  return idle_.wait_for(lock, timeout, [&] { return !busy_ && !has_work(); });
+}
+
+bool Scheduler::has_work() const {
+  return !hurried_.empty() || !classes_[0].active.empty() || !classes_[1].active.empty();
 }
 
 void Scheduler::stop() {
@@ -49,8 +63,15 @@ void Scheduler::stop() {
 
 std::shared_ptr<Slices> Scheduler::take(Priority& priority) {
   std::unique_lock lock(mutex_);
-  work_.wait(lock, [&] { return stopping_ || !classes_[0].active.empty() || !classes_[1].active.empty(); });
+  work_.wait(lock, [&] { return stopping_ || has_work(); });
   if (stopping_) return nullptr;
+  busy_ = true;
+  if (!hurried_.empty()) {
+    Hurried next = std::move(hurried_.front());
+    hurried_.pop_front();
+    priority = next.priority;
+    return std::move(next.work);
+  }
   priority = classes_[0].active.empty() ? Priority::batch : Priority::interactive;
   std::deque<std::shared_ptr<Slices>>& active = classes_[static_cast<int>(priority)].active;
   std::shared_ptr<Slices> work = std::move(active.front());
@@ -68,6 +89,8 @@ void Scheduler::run() {
     Class& mine = classes_[static_cast<int>(priority)];
     if (more) mine.active.push_back(std::move(work));
     mine.fill();
+    busy_ = false;
+    idle_.notify_all();
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -32,9 +33,11 @@ class Scheduler {
   Scheduler& operator=(const Scheduler&) = delete;
 
   void submit(std::shared_ptr<Slices> work, Priority priority);
-  /// Takes work out of the queue. False where its slice is running at this moment or it is not queued: then a
-  /// running slice must be told to stop by other means.
-  bool withdraw(const std::shared_ptr<Slices>& work);
+  /// Gives the next turn to queued work, before all other. False where its slice is running at this moment or it is
+  /// not queued: then a running slice must be told to stop by other means.
+  bool hurry(const std::shared_ptr<Slices>& work);
+  /// Waits until nothing is queued or running; false after `timeout`.
+  bool wait_idle(std::chrono::milliseconds timeout);
   /// Ends the thread after the running slice; what is queued stays undone.
   void stop();
 
@@ -45,11 +48,19 @@ class Scheduler {
     void fill();
     bool remove(const std::shared_ptr<Slices>& work);
   };
+  struct Hurried {
+    std::shared_ptr<Slices> work;
+    Priority priority;  ///< its class, if it goes on
+  };
   void run();
   std::shared_ptr<Slices> take(Priority& priority);
+  bool has_work() const;
 
   std::mutex mutex_;
   std::condition_variable work_;
+  std::condition_variable idle_;
+  std::deque<Hurried> hurried_;
+  bool busy_ = false;  ///< a slice is running
   Class classes_[2];  ///< by Priority
   bool stopping_ = false;
   std::thread thread_;

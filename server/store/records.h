@@ -31,6 +31,7 @@ struct SceneRecord {
   WallTime created{};
 };
 
+/// Stored by number: append only.
 enum class JobState : std::uint8_t {
   queued,
   preparing,
@@ -39,11 +40,15 @@ enum class JobState : std::uint8_t {
   succeeded,
   canceling,
   canceled,
-  failed
+  failed,
+  paused
 };
-inline constexpr int kJobStates = 8;
+inline constexpr int kJobStates = 9;
 
-enum class Priority : std::uint8_t { interactive, batch };
+/// Why a job is paused. Stored by number.
+enum class PauseReason : std::uint8_t { none, request, disk_full };
+
+enum class Priority : std::uint8_t { interactive, batch };  // stored by number
 
 /// A camera given by its placement instead of by name or index.
 struct LookAt {
@@ -55,6 +60,9 @@ struct LookAt {
 
 /// Index into the scene's cameras, name of one, or a placement.
 using CameraChoice = std::variant<std::uint32_t, std::string, LookAt>;
+
+enum class FrameFormat : std::uint8_t { png, jpg, exr };  // stored by number
+inline constexpr int kFrameFormats = 3;
 
 /// What a client asks for.
 struct JobSpec {
@@ -97,10 +105,12 @@ struct JobRecord {
   std::uint32_t revision = 0;                 ///< of the newest picture; 0: none yet
   std::optional<double> first_frame_seconds;  ///< from leaving the queue to revision 1, wall clock
   std::optional<Error> failure;               ///< of a failed job
+  PauseReason pause_reason = PauseReason::none;
+  std::uint32_t crashes = 0;                  ///< times the process died while it ran, since its last checkpoint
   std::vector<SeriesPoint> series;
 };
 
-enum class EventKind : std::uint8_t { state, progress, frame };
+enum class EventKind : std::uint8_t { state, progress, frame };  // stored by number
 
 /// Something that happened to a job, with the numbers of that moment.
 struct Event {

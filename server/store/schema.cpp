@@ -60,6 +60,15 @@ CREATE TABLE checkpoints (        -- films of unfinished and extensible jobs: bl
 ) WITHOUT ROWID;
 CREATE INDEX checkpoints_by_blob ON checkpoints (blob);
 )"},
+    Migration{R"(
+CREATE TABLE counters (
+  name TEXT PRIMARY KEY,
+  value INTEGER NOT NULL
+) WITHOUT ROWID;
+INSERT INTO counters VALUES
+  ('job_sequence', 0),            -- the last one given
+  ('events_reserved', 0);         -- ids up to here may have been given
+)"},
 };
 
 }  // namespace

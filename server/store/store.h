@@ -1,41 +1,92 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
+#include <shared_mutex>
 #include <string>
 #include <vector>
 
+#include "server/store/blobs.h"
+#include "server/store/database.h"
 #include "server/store/records.h"
 
 namespace photond {
 
-/// What the service remembers. Implementations are thread-safe; every call is one transaction.
+/// What the service remembers of scenes and jobs. The database is the truth; a copy of its records in memory answers
+/// every question, so that readers wait for no disk. Each change is one transaction, and when it returns it is on the
+/// disk: only progress events may be lost with the power (never with the process), since nothing but a picture's
+/// progress bar depends on them and waiting for the disk twice a second for each job would cost more than it gives.
+/// Thread-safe.
 class Store {
  public:
-  virtual ~Store() = default;
+  /// `database` must have the tables of schema() and outlive the store; the scenes' files are kept in `scene_files`.
+  /// Errors: io.
+  static Result<std::unique_ptr<Store>> open(Database& database, const std::filesystem::path& scene_files);
 
-  /// Adds a scene with its bytes; one of the same id is left as it is. Errors: limit_exceeded, io.
-  virtual Status put_scene(const SceneRecord& scene, Blob bytes) = 0;
-  virtual std::optional<SceneRecord> scene(const Digest& id) const = 0;
-  /// Null where there is no such scene.
-  virtual Blob scene_bytes(const Digest& id) const = 0;
+  /// Adds a scene with its bytes; one of the same id is left as it is, but becomes a sample where this one is.
+  /// Errors: limit_exceeded at "disk", io.
+  Status put_scene(const SceneRecord& scene, const std::vector<std::byte>& bytes);
+  std::optional<SceneRecord> scene(const Digest& id) const;
+  /// Errors: not_found, where there is no such scene or its file was damaged: then the scene is gone and may be added
+  /// again.
+  Result<Blob> scene_bytes(const Digest& id);
   /// Samples first, then in the order of arrival.
-  virtual std::vector<SceneRecord> scenes() const = 0;
-  virtual bool remove_scene(const Digest& id) = 0;
+  std::vector<SceneRecord> scenes() const;
+  /// Removing what is not there is no error.
+  Status remove_scene(const Digest& id);
+  const Blobs& scene_files() const { return *files_; }
 
-  /// Stores a new job, gives it its sequence number, and appends the event. Returns the event with its id.
-  virtual Result<Event> add_job(JobRecord& job, Event event) = 0;
-  /// Stores a job's new version together with the event that tells of it.
-  virtual Result<Event> update_job(const JobRecord& job, Event event) = 0;
-  virtual std::optional<JobRecord> job(const std::string& id) const = 0;
+  /// Stores a new job, gives it its sequence number, and appends the event. Returns the event with its id. `also`
+  /// runs in the same transaction.
+  Result<Event> add_job(JobRecord& job, Event event, const Database::Body& also = {});
+  /// Stores a job's new version together with the event that tells of it. Errors: not_found; those of the disk.
+  Result<Event> update_job(const JobRecord& job, Event event);
+  std::optional<JobRecord> job(const std::string& id) const;
   /// Newest first.
-  virtual std::vector<JobRecord> jobs() const = 0;
-  /// Removes a job and its events.
-  virtual bool remove_job(const std::string& id) = 0;
+  std::vector<JobRecord> jobs() const;
+  /// Removes a job with its events and whatever rows refer to it.
+  Status remove_job(const std::string& id);
 
-  /// Events with an id above `after`, ascending, of one job or (empty) of all. State events are kept as long
-  /// as their job; of the others the newest few hundred per job.
-  virtual std::vector<Event> events_after(std::uint64_t after, const std::string& job) const = 0;
+  /// Events with an id above `after`, ascending, of one job or (empty) of all: of each job its state events (the
+  /// newest few hundred), its newest progress and its newest frame event.
+  std::vector<Event> events_after(std::uint64_t after, const std::string& job) const;
+  /// The id of the newest event; those of an earlier life of the service are lower.
+  std::uint64_t newest_event() const;
+
+ private:
+  struct StoredScene {
+    SceneRecord record;
+    std::uint64_t arrival = 0;
+  };
+  struct StoredJob {
+    JobRecord record;
+    std::deque<Event> events;
+  };
+
+  Store(Database& database, std::unique_ptr<Blobs> files) : database_(database), files_(std::move(files)) {}
+  Status load();
+  Status load_scenes(Transaction& transaction);
+  Status load_jobs(Transaction& transaction);
+  Status forget_samples();
+  Status insert_event(Transaction& transaction, Event& event, const StoredJob* job);
+  void note_given(std::uint64_t event);
+  static void keep(StoredJob& job, Event event);
+
+  Database& database_;
+  const std::unique_ptr<Blobs> files_;
+  std::mutex writing_;                ///< held over a transaction and the change of the copy
+  mutable std::shared_mutex copy_;    ///< held while the copy below is looked at or changed
+  std::map<Digest, StoredScene> scenes_;
+  std::map<std::string, StoredJob> jobs_;
+  std::uint64_t next_arrival_ = 1;
+  std::uint64_t last_sequence_ = 0;
+  std::uint64_t last_event_ = 0;      ///< given
+  std::uint64_t reserved_events_ = 0; ///< may be given without telling the database
 };
 
 }  // namespace photond

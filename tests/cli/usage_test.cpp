@@ -76,7 +76,7 @@ TEST(Usage, WhatDoesNotExistExitsWithOneAndItsName) {
            {"compare", missing, missing},
            {"info", folder.path().string()},
            {"render", write_scene(folder.path()), "-o", folder.file("nowhere/a.png")},
-           {"serve", "--port", "0", "--samples", folder.file("nowhere")},
+           {"serve", "--port", "0", "--data", folder.file("data"), "--samples", folder.file("nowhere")},
        }) {
     const Outcome run = run_photond(arguments);
     EXPECT_EQ(run.code, 1) << run.err;

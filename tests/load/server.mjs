@@ -11,7 +11,7 @@ export class Server {
     const data = await mkdtemp(join(tmpdir(), 'photond-load-'));
     const child = spawn(
       photond,
-      ['serve', '--port', '0', '--samples', samples, '--log-level', 'warning', ...options],
+      ['serve', '--port', '0', '--data', data, '--samples', samples, '--log-level', 'warning', ...options],
       { stdio: ['ignore', 'pipe', 'inherit'] },
     );
     const server = new Server(child, data);

@@ -6,7 +6,7 @@
 
 #include "server/jobs/jobs.h"
 #include "server/jobs/stop_rule.h"
-#include "server/store/memory_store.h"
+#include "tests/server/temporary_store.h"
 
 namespace photond {
 namespace {
@@ -28,32 +28,37 @@ class JobTest : public ::testing::Test {
     return std::make_shared<Job>(record, log_);
   }
 
-  MemoryStore store_{1000};
+  const test::TemporaryStore stored_;
+  Store& store_ = *stored_.store;
   EventLog log_{store_};
 };
 
-TEST(JobStates, MoveOnlyForwardOrToAnEnd) {
-  for (int i = 0; i < 5; ++i) {
-    for (int j = 0; j < 5; ++j) EXPECT_EQ(may_move(kWay[i], kWay[j]), j == i + 1) << i << " → " << j;
+/// The states that may follow `from`, by name, in the order of the enum.
+std::string after(JobState from) {
+  std::string names;
+  for (int to = 0; to < kJobStates; ++to) {
+    if (may_move(from, static_cast<JobState>(to))) names += std::string(" ") + state_name(static_cast<JobState>(to));
   }
-  for (int i = 0; i < 4; ++i) {
-    EXPECT_TRUE(may_move(kWay[i], JobState::canceling));
-    EXPECT_TRUE(may_move(kWay[i], JobState::failed));
-    EXPECT_FALSE(may_move(kWay[i], JobState::canceled)) << "only by way of canceling";
-    EXPECT_FALSE(may_move(JobState::canceling, kWay[i]));
-  }
-  EXPECT_TRUE(may_move(JobState::canceling, JobState::canceled));
-  EXPECT_FALSE(may_move(JobState::canceling, JobState::succeeded));
-  for (const JobState end : {JobState::succeeded, JobState::canceled, JobState::failed}) {
-    for (int to = 0; to < kJobStates; ++to) EXPECT_FALSE(may_move(end, static_cast<JobState>(to)));
-  }
+  return names;
+}
+
+TEST(JobStates, MoveAsTheyShould) {
+  EXPECT_EQ(after(JobState::queued), " preparing canceling failed paused");
+  EXPECT_EQ(after(JobState::preparing), " queued rendering canceling failed paused");
+  EXPECT_EQ(after(JobState::rendering), " queued finalizing canceling failed paused");
+  EXPECT_EQ(after(JobState::finalizing), " queued succeeded canceling failed paused");
+  EXPECT_EQ(after(JobState::succeeded), " queued") << "extended";
+  EXPECT_EQ(after(JobState::canceling), " canceled failed");
+  EXPECT_EQ(after(JobState::canceled), "");
+  EXPECT_EQ(after(JobState::failed), " queued") << "tried again";
+  EXPECT_EQ(after(JobState::paused), " queued canceling");
 }
 
 TEST(JobStates, HaveNamesThatReadBack) {
   for (int i = 0; i < kJobStates; ++i) {
     EXPECT_EQ(state_from_name(state_name(static_cast<JobState>(i))), static_cast<JobState>(i));
   }
-  EXPECT_FALSE(state_from_name("paused"));
+  EXPECT_FALSE(state_from_name("resting"));
 }
 
 TEST_F(JobTest, EveryMoveIsStoredWithVersionTimeAndEvent) {
@@ -81,17 +86,24 @@ TEST_F(JobTest, AnIllegalMoveChangesNothing) {
   EXPECT_EQ(log_.read_after(0, "a").size(), 1u);
 }
 
-TEST_F(JobTest, CancellingTwiceIsNoErrorButAfterTheEndItIs) {
+TEST_F(JobTest, TheReasonOfAPauseEndsWithIt) {
   const auto job = new_job("a");
-  EXPECT_TRUE(job->cancel().ok());
-  EXPECT_TRUE(job->stop().stop_requested());
-  EXPECT_TRUE(job->cancel().ok());
-  EXPECT_TRUE(job->move(JobState::canceled).ok());
-  EXPECT_TRUE(job->cancel().ok());
-  const auto other = new_job("b");
-  ASSERT_TRUE(other->move(JobState::failed).ok());
-  EXPECT_FALSE(other->cancel().ok());
-  EXPECT_FALSE(other->stop().stop_requested());
+  ASSERT_TRUE(job->move(JobState::paused, [](JobRecord& r) { r.pause_reason = PauseReason::disk_full; }).ok());
+  EXPECT_EQ(store_.job("a")->pause_reason, PauseReason::disk_full);
+  ASSERT_TRUE(job->move(JobState::queued).ok());
+  EXPECT_EQ(store_.job("a")->pause_reason, PauseReason::none);
+}
+
+TEST_F(JobTest, AnEndedJobThatGoesOnHasNotFinished) {
+  const auto job = new_job("a");
+  ASSERT_TRUE(job->move(JobState::preparing).ok());
+  const auto started = job->record().started;
+  ASSERT_TRUE(job->move(JobState::failed).ok());
+  EXPECT_TRUE(job->record().finished);
+  ASSERT_TRUE(job->move(JobState::queued).ok());
+  EXPECT_FALSE(job->record().finished);
+  ASSERT_TRUE(job->move(JobState::preparing).ok());
+  EXPECT_EQ(job->record().started, started) << "the first time counts";
 }
 
 TEST_F(JobTest, AReaderFindsProgressCoalescedButEveryState) {

@@ -109,20 +109,35 @@ TEST(Scheduler, OnlySoManyTakeTurnsAtOnce) {
       << "the ninth waits until the first has ended";
 }
 
-TEST(Scheduler, WithdrawnWorkHasNoMoreTurns) {
-  bool queued = false, again = true;
+TEST(Scheduler, HurriedWorkHasTheNextTurnAndThenItsUsualOnes) {
+  bool queued = false, unknown = true;
   const std::string turns = run_all(
       [&](Scheduler& scheduler, Diary& diary) {
-        const auto gone = std::make_shared<FakeWork>(diary, 'x', 5);
-        scheduler.submit(gone, Priority::interactive);
-        scheduler.submit(std::make_shared<FakeWork>(diary, 'a', 2), Priority::batch);
-        queued = scheduler.withdraw(gone);
-        again = scheduler.withdraw(gone);
+        const auto work = std::make_shared<FakeWork>(diary, 'x', 3);
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'i', 2), Priority::interactive);
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'b', 1), Priority::batch);
+        scheduler.submit(work, Priority::batch);
+        queued = scheduler.hurry(work) && scheduler.hurry(work);
+        unknown = scheduler.hurry(std::make_shared<FakeWork>(diary, 'n', 1));
       },
-      2);
+      6);
   EXPECT_TRUE(queued);
-  EXPECT_FALSE(again);
-  EXPECT_EQ(turns, "aa");
+  EXPECT_FALSE(unknown);
+  EXPECT_EQ(turns, "xiibxx");
+}
+
+TEST(Scheduler, IsIdleWhenAllIsDone) {
+  Diary diary;
+  Scheduler scheduler;
+  EXPECT_TRUE(scheduler.wait_idle(std::chrono::seconds(10)));
+  const auto gate = std::make_shared<Gate>();
+  scheduler.submit(gate, Priority::batch);
+  gate->wait_entered();
+  EXPECT_FALSE(scheduler.wait_idle(std::chrono::milliseconds(1)));
+  scheduler.submit(std::make_shared<FakeWork>(diary, 'a', 3), Priority::batch);
+  gate->open();
+  EXPECT_TRUE(scheduler.wait_idle(std::chrono::seconds(10)));
+  EXPECT_EQ(diary.text(), "aaa");
 }
 
 TEST(Scheduler, StopsWithWorkLeft) {

@@ -2,13 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 
 #include "server/service.h"
 #include "tests/server/http_client.h"
 #include "tests/server/small_scene.h"
+#include "tests/support/temporary_folder.h"
 
 namespace photond::test {
 
@@ -17,11 +20,19 @@ class ServiceTest : public ::testing::Test {
  protected:
   void SetUp() override { start({}); }
 
-  /// Replaces the service by one with other options.
+  /// Replaces the service by one with other options and nothing known.
   void start(ServiceOptions options) {
+    service_.reset();
+    data_ = std::make_unique<TemporaryFolder>();
+    restart(std::move(options));
+  }
+
+  /// Replaces the service by one that finds what the one before has left.
+  void restart(ServiceOptions options = {}) {
     service_.reset();
     options.port = 0;
     options.threads = 2;
+    if (options.data_dir.empty()) options.data_dir = data_->file("data");
     auto service = Service::start(options);
     ASSERT_TRUE(service.ok()) << service.error().message;
     service_ = std::move(*service);
@@ -48,6 +59,18 @@ class ServiceTest : public ::testing::Test {
     return nlohmann::json::parse(get(port_, "/v1/jobs/" + id).body, nullptr, false);
   }
 
+  /// The job once it has this state; fails after a minute.
+  nlohmann::json wait_for_state(const std::string& id, const std::string& state) {
+    nlohmann::json now;
+    for (int i = 0; i < 3000; ++i) {
+      now = job(id);
+      if (now.value("state", "") == state) return now;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    ADD_FAILURE() << "the job does not become " << state << ": " << now;
+    return now;
+  }
+
   /// The job once it has ended; fails after a minute.
   nlohmann::json wait_for_end(const std::string& id) {
     std::string etag = "\"none\"";
@@ -64,6 +87,7 @@ class ServiceTest : public ::testing::Test {
     return now;
   }
 
+  std::unique_ptr<TemporaryFolder> data_;
   std::unique_ptr<Service> service_;
   int port_ = 0;
 };

@@ -155,6 +155,8 @@ TEST_F(ServiceTest, TheWebClientIsServedAndNothingElse) {
 TEST_F(ServiceTest, AnOccupiedPortIsAClearError) {
   ServiceOptions options;
   options.port = port_;
+  const TemporaryFolder other;
+  options.data_dir = other.path().string();
   const auto second = Service::start(options);
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.error().code, ErrorCode::io);
@@ -165,6 +167,8 @@ TEST_F(ServiceTest, AnOccupiedPortIsAClearError) {
 
 TEST_F(ServiceTest, BadOptionsAreRefused) {
   ServiceOptions options;
+  const TemporaryFolder data;
+  options.data_dir = data.path().string();
   options.port = 70'000;
   EXPECT_FALSE(Service::start(options).ok());
   options.port = 0;
@@ -173,6 +177,20 @@ TEST_F(ServiceTest, BadOptionsAreRefused) {
   options.client_dir = "";
   options.samples_dir = "/no/such/folder";
   EXPECT_FALSE(Service::start(options).ok());
+  options.samples_dir = "";
+  EXPECT_TRUE(Service::start(options).ok());
+  options.data_dir = "";
+  EXPECT_FALSE(Service::start(options).ok());
+}
+
+TEST_F(ServiceTest, TwoServicesDoNotShareADataDirectory) {
+  ServiceOptions options;
+  options.port = 0;
+  options.data_dir = data_->file("data");
+  const auto second = Service::start(options);
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, ErrorCode::conflict);
+  EXPECT_NE(second.error().message.find("is used by another photond"), std::string::npos);
 }
 
 TEST_F(ServiceTest, ManyClientsAtOnceAreServed) {

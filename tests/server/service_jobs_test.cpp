@@ -253,14 +253,5 @@ TEST_F(ServiceTest, TooManyJobsAreRefusedAndOldOnesForgotten) {
   EXPECT_EQ(get(port_, "/v1/jobs/" + b).status, 200);
 }
 
-TEST_F(ServiceTest, StoppingCancelsWhatRuns) {
-  submit(upload(), R"("method":"path","film":{"width":1500,"height":1500},"stop":{"seconds":600})");
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  const Clock::time_point begin = Clock::now();
-  service_->stop();
-  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(3));
-  EXPECT_EQ(get(port_, "/healthz").status, 0);
-}
-
 }  // namespace
 }  // namespace photond::test

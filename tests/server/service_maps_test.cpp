@@ -11,13 +11,6 @@ using nlohmann::json;
 
 class ServiceMapsTest : public ServiceTest {
  protected:
-  void SetUp() override { restart(); }
-
-  void restart() {
-    ServiceOptions options;
-    options.data_dir = folder_.path().string();
-    start(options);
-  }
   json maps() { return json::parse(get(port_, "/v1/maps").body); }
   json map_list() { return maps()["maps"]; }
   Reply prewarm(const std::string& scene, const std::string& fields = "") {
@@ -34,7 +27,6 @@ class ServiceMapsTest : public ServiceTest {
     return {};
   }
 
-  TemporaryFolder folder_;
   const std::string job_ = R"("method":"progressive","photons_per_pass":2000,"stop":{"passes":3})";
 };
 

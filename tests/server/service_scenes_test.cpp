@@ -89,14 +89,34 @@ TEST_F(ServiceTest, ASceneInUseCannotBeDeleted) {
   EXPECT_EQ(request(port_, "DELETE", "/v1/scenes/" + scene).status, 204);
 }
 
-TEST_F(ServiceTest, TheStoreForScenesIsLimited) {
+TEST_F(ServiceTest, ScenesSurviveARestartAndADamagedOneCanBeUploadedAgain) {
+  const std::string scene = upload();
+  restart();
+  EXPECT_EQ(get(port_, "/v1/scenes/" + scene + ".glb").body, small_glb());
+  EXPECT_EQ(json::parse(get(port_, "/v1/scenes/" + scene).body)["report"]["counts"]["triangles"], 4);
+  restart();
+  std::ofstream(data_->path() / "data" / "scenes" / scene, std::ios::binary) << "rubbish";
+  const Reply damaged = get(port_, "/v1/scenes/" + scene + ".glb");
+  EXPECT_EQ(damaged.status, 404);
+  EXPECT_NE(damaged.body.find("upload it again"), std::string::npos) << damaged.body;
+  EXPECT_EQ(request(port_, "POST", "/v1/scenes", small_glb(), "model/gltf-binary").status, 201);
+  EXPECT_EQ(get(port_, "/v1/scenes/" + scene + ".glb").body, small_glb());
+}
+
+TEST_F(ServiceTest, ASampleThatIsNoLongerShippedBecomesAnOrdinaryScene) {
+  const TemporaryFolder samples;
+  std::ofstream(samples.path() / "lamp.glb", std::ios::binary) << small_glb();
   ServiceOptions options;
-  options.scene_store_bytes = small_glb().size() + 10;
+  options.samples_dir = samples.path().string();
   start(options);
-  upload();
-  const Reply refused = request(port_, "POST", "/v1/scenes", small_glb("other"), "model/gltf-binary");
-  EXPECT_EQ(refused.status, 422);
-  EXPECT_EQ(json::parse(refused.body)["code"], "limit_exceeded");
+  EXPECT_EQ(json::parse(get(port_, "/v1/scenes").body)["scenes"][0]["sample"], true);
+  restart(options);
+  EXPECT_EQ(json::parse(get(port_, "/v1/scenes").body)["scenes"][0]["sample"], true);
+  restart();
+  const json list = json::parse(get(port_, "/v1/scenes").body)["scenes"];
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0]["sample"], false);
+  EXPECT_EQ(request(port_, "DELETE", list[0]["urls"]["self"].get<std::string>()).status, 204);
 }
 
 }  // namespace

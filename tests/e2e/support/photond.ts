@@ -1,5 +1,7 @@
 import { spawn, type ChildProcess } from 'node:child_process';
-import { existsSync } from 'node:fs';
+import { existsSync, mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 const at_root = (path: string) => fileURLToPath(new URL(`../../../${path}`, import.meta.url));
@@ -19,16 +21,22 @@ export interface Photond {
   stop(): Promise<void>;
 }
 
-/** Starts the service on `port` (0: any free one), with further options, and resolves once it answers. */
+/**
+ * Starts the service on `port` (0: any free one), with further options, and resolves once it answers. It knows nothing
+ * yet, unless the options name a data directory.
+ */
 export async function start_photond(port = 0, options: string[] = []): Promise<Photond> {
   for (const [path, how] of [[kProgram, 'cmake'], [kSamples, 'cmake'], [`${kClient}/index.html`, 'npm run build']]) {
     if (!existsSync(path!)) throw new Error(`${path} is missing; make it with ${how}`);
   }
-  const child = spawn(kProgram, ['serve', '--port', String(port), '--samples', kSamples, '--client', kClient, ...options], {
-    stdio: ['ignore', 'pipe', 'pipe'],
-  });
+  const data = mkdtempSync(join(tmpdir(), 'photond-e2e-'));
+  const own = options.includes('--data') ? [] : ['--data', data];
+  const child = spawn(
+    kProgram, ['serve', '--port', String(port), '--samples', kSamples, '--client', kClient, ...own, ...options],
+    { stdio: ['ignore', 'pipe', 'pipe'] });
   const url = await announced_url(child);
-  return { url, port: Number(new URL(url).port), stop: () => end(child) };
+  const stop = () => end(child).then(() => rmSync(data, { recursive: true, force: true }));
+  return { url, port: Number(new URL(url).port), stop };
 }
 
 function announced_url(child: ChildProcess): Promise<string> {

@@ -1,0 +1,43 @@
+#include "server/jobs/checkpoint.h"
+
+#include <algorithm>
+
+#include "server/store/accumulator.h"
+
+namespace photond {
+
+bool CheckpointRule::due(double seconds) const {
+  const double interval = std::max(std::min(kMaxSeconds, kShare * seconds), kCostRatio * cost_seconds_);
+  return seconds - last_seconds_ >= interval;
+}
+
+void CheckpointRule::done(double seconds, double cost_seconds) {
+  last_seconds_ = seconds;
+  cost_seconds_ = cost_seconds;
+}
+
+Status save_checkpoint(JobFiles& files, const std::string& job, const std::string& identity, const Film& film,
+                       double seconds) {
+  return files.put_checkpoint(job, film.pass_count(), seconds, [&](const Blobs::Sink& sink) {
+    return write_accumulator(identity, film, sink);
+  });
+}
+
+Result<std::optional<Restored>> restore_checkpoint(JobFiles& files, const std::string& job,
+                                                   const std::string& identity) {
+  const auto checkpoints = files.checkpoints(job);
+  if (!checkpoints) return checkpoints.error();
+  for (const JobFiles::Checkpoint& checkpoint : *checkpoints) {
+    const Result<Blob> bytes = files.read(checkpoint);
+    if (!bytes && bytes.error().code == ErrorCode::not_found) continue;
+    if (!bytes) return bytes.error();
+    Result<Accumulator> accumulator = read_accumulator(**bytes);
+    if (!accumulator || accumulator->identity != identity) continue;
+    const std::vector<PassRange>& passes = accumulator->film.passes;
+    if (passes.size() != 1 || passes[0].first != 0) continue;  // a job goes on where its passes end
+    return std::optional(Restored{std::move(accumulator->film), checkpoint.seconds});
+  }
+  return std::optional<Restored>();
+}
+
+}  // namespace photond

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+
+#include "server/store/disk_space.h"
+#include "server/store/job_files.h"
+#include "server/store/store.h"
+
+namespace photond {
+
+/// Keeps the data directory within its limits, by removing what can be made again or missed, in this order: photon
+/// maps; checkpoints of ended jobs; pictures of ended jobs, the oldest first; scenes that no job needs which has not
+/// ended. Thread-safe.
+class DiskRoom {
+ public:
+  /// Removes files of at least so many bytes, if there are as many, and returns how many it removed.
+  using Evict = std::function<std::uint64_t(std::uint64_t bytes)>;
+
+  /// `store` and `files` must outlive the object.
+  DiskRoom(std::filesystem::path folder, const DiskLimits& limits, Store& store, JobFiles& files)
+      : folder_(std::move(folder)), limits_(limits), store_(store), files_(files) {}
+
+  /// What removes photon maps; none at first.
+  void set_map_eviction(Evict evict) { evict_maps_ = std::move(evict); }
+
+  /// Makes room for a file. Errors: limit_exceeded at "disk" where that cannot be; io.
+  Status make_room(std::uint64_t bytes);
+  /// To be called now and then: above the high water mark removes down to the low one, and finds out whether the disk
+  /// is full. Errors: io.
+  Status tidy();
+  /// By the last `tidy`: there is no room, and no more can be made. Ends below the high water mark.
+  bool full() const { return full_; }
+  DiskUse use() const;
+
+ private:
+  Status reduce_to(std::uint64_t bytes, DiskUse& use);
+  Status drop_checkpoints(std::uint64_t target, DiskUse& use);
+  Status drop_frames(std::uint64_t target, DiskUse& use);
+  Status drop_scenes(std::uint64_t target, DiskUse& use);
+  Status measure(DiskUse& use) const;
+
+  const std::filesystem::path folder_;
+  const DiskLimits limits_;
+  Store& store_;
+  JobFiles& files_;
+  Evict evict_maps_;
+  mutable std::mutex mutex_;
+  DiskUse use_;  ///< by the last `tidy`
+  std::atomic<bool> full_{false};
+};
+
+}  // namespace photond

@@ -1,0 +1,198 @@
+#include <fstream>
+
+#include "server/jobs/disk_room.h"
+#include "server/store/file.h"
+#include "tests/server/service_fixture.h"
+#include "tests/server/temporary_store.h"
+
+namespace photond::test {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t kMegabyte = 1 << 20;
+
+std::vector<std::byte> bytes_of(std::size_t size, int seed) {
+  return std::vector<std::byte>(size, static_cast<std::byte>(seed));
+}
+
+class DiskRoomTest : public ::testing::Test {
+ protected:
+  SceneRecord scene(int seed, bool sample = false) {
+    const auto bytes = bytes_of(100'000, seed);
+    const SceneRecord record{sha256(bytes), "", "model/gltf-binary", bytes.size(), sample, WallTime()};
+    EXPECT_TRUE(stored_.store->put_scene(record, bytes).ok());
+    return record;
+  }
+  void job(const std::string& id, JobState state, const Digest& scene) {
+    JobRecord job;
+    job.id = id;
+    job.state = state;
+    job.spec.scene = scene;
+    Event event;
+    event.job = id;
+    ASSERT_TRUE(stored_.store->add_job(job, event).ok());
+    const int seed = id.back();
+    ASSERT_TRUE(stored_.files->put_frame(id, 1, FrameFormat::png, bytes_of(100'000, seed)).ok());
+    const auto content = [&](const Blobs::Sink& sink) { return sink(bytes_of(100'000, 100 + seed)); };
+    ASSERT_TRUE(stored_.files->put_checkpoint(id, 1, 1, content).ok());
+  }
+  DiskRoom room(std::uint64_t quota) {
+    return DiskRoom(stored_.folder.path(), {quota, 0}, *stored_.store, *stored_.files);
+  }
+  std::uint64_t used() { return measure_disk(stored_.folder.path(), {}).value().used; }
+  bool has_frame(const std::string& id) { return stored_.files->frame(id, 1, FrameFormat::png).ok(); }
+  bool has_checkpoint(const std::string& id) { return !stored_.files->checkpoints(id)->empty(); }
+
+  TemporaryStore stored_;
+};
+
+TEST_F(DiskRoomTest, WhatCanBeMissedGoesInOrder) {
+  const SceneRecord idle = scene(1), needed = scene(2), sample = scene(3, true);
+  job("j-old", JobState::succeeded, idle.id);
+  job("j-new", JobState::succeeded, idle.id);
+  job("j-live", JobState::paused, needed.id);
+  std::uint64_t asked = 0;
+  const std::uint64_t all = used();
+  const auto free = [&](std::uint64_t bytes) {
+    DiskRoom room = this->room(used());
+    room.set_map_eviction([&](std::uint64_t wanted) { return asked = wanted; });
+    return room.make_room(bytes);
+  };
+  EXPECT_TRUE(free(50'000).ok());
+  EXPECT_GE(asked, 50'000u) << "maps first";
+  EXPECT_FALSE(has_checkpoint("j-old"));
+  EXPECT_TRUE(has_checkpoint("j-new") && has_frame("j-old"));
+  EXPECT_TRUE(free(150'000).ok());
+  EXPECT_FALSE(has_checkpoint("j-new") || has_frame("j-old"));
+  EXPECT_TRUE(has_frame("j-new"));
+  EXPECT_TRUE(free(150'000).ok());
+  EXPECT_FALSE(has_frame("j-new"));
+  EXPECT_FALSE(stored_.store->scene(idle.id));
+  const Status none = free(1);
+  ASSERT_FALSE(none.ok()) << "what is left is needed";
+  EXPECT_TRUE(is_disk_full(none.error()));
+  EXPECT_TRUE(has_frame("j-live") && has_checkpoint("j-live"));
+  EXPECT_TRUE(stored_.store->scene(needed.id) && stored_.store->scene(sample.id));
+  EXPECT_EQ(stored_.store->jobs().size(), 3u) << "jobs themselves are small";
+  EXPECT_LT(used(), all);
+}
+
+TEST_F(DiskRoomTest, IsTidiedFromTheHighWaterMarkToTheLowOne) {
+  const SceneRecord s = scene(1);
+  for (char name = 'a'; name < 'k'; ++name) job(std::string("j-") + name, JobState::succeeded, s.id);
+  const std::uint64_t before = used();
+  DiskRoom wide = room(before * 100 / 85);
+  EXPECT_TRUE(wide.tidy().ok());
+  EXPECT_EQ(used(), before) << "between the marks nothing is done";
+  DiskRoom narrow = room(before * 100 / 95);
+  EXPECT_TRUE(narrow.tidy().ok());
+  EXPECT_LE(narrow.use().used, narrow.use().low_water());
+  EXPECT_FALSE(narrow.full());
+}
+
+TEST_F(DiskRoomTest, IsFullUntilItIsBelowTheHighWaterMark) {
+  DiskRoom room = this->room(10 * kMegabyte);
+  const auto fill = [&](std::uint64_t total) {
+    const std::uint64_t other = used() - (std::filesystem::exists(stored_.folder.file("junk"))
+                                              ? std::filesystem::file_size(stored_.folder.file("junk"))
+                                              : 0);
+    std::ofstream(stored_.folder.file("junk")) << std::string(total - other, 'x');
+    EXPECT_TRUE(room.tidy().ok());
+  };
+  fill(95 * kMegabyte / 10);
+  EXPECT_FALSE(room.full());
+  fill(11 * kMegabyte);
+  EXPECT_TRUE(room.full());
+  fill(95 * kMegabyte / 10);
+  EXPECT_TRUE(room.full());
+  fill(8 * kMegabyte);
+  EXPECT_FALSE(room.full());
+}
+
+TEST(DiskSpace, TheReserveOfTheFileSystemIsNotUsed) {
+  const TemporaryFolder folder;
+  const auto all = measure_disk(folder.path(), {0, 0}), less = measure_disk(folder.path(), {0, 1ull << 60});
+  ASSERT_TRUE(all.ok() && less.ok());
+  EXPECT_GT(all->limit, 0u);
+  EXPECT_EQ(less->limit, 0u) << "a reserve larger than the disk";
+  EXPECT_EQ(measure_disk(folder.path(), {1000, 0})->limit, 1000u);
+  EXPECT_FALSE(measure_disk(folder.path() / "nowhere", {}).ok());
+}
+
+class DiskFullTest : public ServiceTest {
+ protected:
+  void SetUp() override {
+    ServiceOptions options;
+    options.disk_quota_bytes = 64 * kMegabyte;
+    start(options);
+    scene_ = upload();
+  }
+  std::filesystem::path junk() const { return data_->path() / "data" / "junk"; }
+  void fill() {
+    std::ofstream(junk(), std::ios::binary) << "x";
+    std::filesystem::resize_file(junk(), 100 * kMegabyte);  // sparse: counted, not written
+  }
+  bool becomes_ready(int status) {
+    for (int i = 0; i < 500 && get(port_, "/readyz").status != status; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return get(port_, "/readyz").status == status;
+  }
+
+  std::string scene_;
+};
+
+TEST_F(DiskFullTest, JobsWaitWritesAreRefusedAndAllHealsByItself) {
+  const std::string running = submit(scene_, R"("method":"path","film":{"width":100,"height":100},"stop":{"passes":2000})");
+  const std::string asked = submit(scene_, R"("method":"path","stop":{"seconds":600})");
+  wait_for_state(asked, "rendering");
+  ASSERT_EQ(request(port_, "POST", "/v1/jobs/" + asked + "/pause").status, 202);
+  const std::string endless = submit(scene_, R"("method":"path","stop":{"seconds":600})");
+  wait_for_state(endless, "rendering");
+  fill();
+  ASSERT_TRUE(becomes_ready(503));
+  EXPECT_EQ(wait_for_state(endless, "paused")["paused_because"], "disk_full");
+  EXPECT_EQ(post_json(port_, "/v1/jobs", "{\"scene\":\"" + scene_ + "\"}").status, 507);
+  const Reply refused = request(port_, "POST", "/v1/scenes", small_glb("other"), "model/gltf-binary");
+  EXPECT_EQ(refused.status, 507);
+  EXPECT_EQ(refused.headers.at("content-type"), "application/problem+json");
+  EXPECT_NE(get(port_, "/metrics").body.find("photond_disk_full 1\n"), std::string::npos);
+  EXPECT_EQ(get(port_, "/v1/jobs/" + endless).status, 200) << "reading goes on";
+  EXPECT_EQ(get(port_, "/healthz").status, 200);
+  std::filesystem::remove(junk());
+  ASSERT_TRUE(becomes_ready(200));
+  wait_for_state(endless, "rendering");
+  EXPECT_EQ(job(asked)["state"], "paused") << "what was paused by request stays so";
+  EXPECT_EQ(upload(small_glb("other")).size(), 64u);
+  EXPECT_EQ(wait_for_end(running)["state"], "succeeded");
+}
+
+TEST_F(DiskFullTest, AFullDiskAtTheStartIsNoReasonNotToStart) {
+  const std::string endless = submit(scene_, R"("method":"path","stop":{"seconds":600})");
+  wait_for_state(endless, "rendering");
+  service_.reset();
+  fill();
+  ServiceOptions options;
+  options.disk_quota_bytes = 64 * kMegabyte;
+  restart(options);
+  EXPECT_EQ(wait_for_state(endless, "paused")["paused_because"], "disk_full");
+  restart(options);
+  EXPECT_EQ(job(endless)["paused_because"], "disk_full");
+  std::filesystem::remove(junk());
+  wait_for_state(endless, "rendering");
+}
+
+TEST_F(DiskFullTest, ACheckpointThatDoesNotFitPausesItsJobOnly) {
+  const std::string large = submit(
+      scene_, R"("method":"path","film":{"width":1024,"height":1024},"stop":{"seconds":600})");
+  const json paused = wait_for_state(large, "paused");
+  EXPECT_EQ(paused["paused_because"], "disk_full") << "its film alone has more than the quota";
+  EXPECT_EQ(get(port_, "/readyz").status, 200);
+  EXPECT_EQ(wait_for_end(submit(scene_, R"("method":"path","stop":{"passes":3})"))["state"], "succeeded");
+  EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + large + "/cancel").status, 202);
+  EXPECT_EQ(wait_for_end(large)["state"], "canceled");
+}
+
+}  // namespace
+}  // namespace photond::test
