@@ -25,7 +25,7 @@ class CheckpointRule {
   static constexpr double kCostRatio = 20;
 
   double last_seconds_ = 0;
-  double cost_seconds_ = 0.05;  // until it is known: two files and a commit, waited for
+  double cost_seconds_ = 0.01;  // until it is known: a file and a commit, waited for
 };
 
 /// A film as it was, and the seconds of computing in it.

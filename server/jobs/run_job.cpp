@@ -12,7 +12,9 @@ namespace photond {
 namespace {
 
 constexpr double kProgressSeconds = 0.5;  // between two progress events
-constexpr std::uint32_t kMaxCrashes = 10;  // a job that kills the service each time must not do so for ever
+// A job that kills the service each time must not do so for ever. Many: those that merely shared the cores with it are
+// counted as well, until their next checkpoint.
+constexpr std::uint32_t kMaxCrashes = 100;
 
 }  // namespace
 

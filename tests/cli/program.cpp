@@ -15,9 +15,8 @@
 extern char** environ;
 
 namespace photond::test {
-namespace {
 
-pid_t start(const std::vector<std::string>& arguments, const std::string& out, const std::string& err) {
+pid_t spawn_photond(const std::vector<std::string>& arguments, const std::string& out, const std::string& err) {
   std::vector<char*> argv;
   std::string program = PHOTOND_PROGRAM;
   argv.push_back(program.data());
@@ -35,11 +34,9 @@ pid_t start(const std::vector<std::string>& arguments, const std::string& out, c
   return pid;
 }
 
-}  // namespace
-
 Outcome run_photond(const std::vector<std::string>& arguments, double interrupt) {
   const TemporaryFolder folder;
-  const pid_t pid = start(arguments, folder.file("out"), folder.file("err"));
+  const pid_t pid = spawn_photond(arguments, folder.file("out"), folder.file("err"));
   if (interrupt > 0) {
     std::this_thread::sleep_for(std::chrono::duration<double>(interrupt));
     kill(pid, SIGINT);

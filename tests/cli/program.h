@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -14,6 +16,9 @@ struct Outcome {
   std::string out;
   std::string err;
 };
+
+/// Starts the built program with its output in these files; the caller waits for it.
+pid_t spawn_photond(const std::vector<std::string>& arguments, const std::string& out, const std::string& err);
 
 /// Runs the built program with its output in files (so: no terminal) and waits for its end. With `interrupt`,
 /// SIGINT is sent that many seconds after the start.
