@@ -143,13 +143,16 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
     if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added)
       return added.error();
   }
+  Result<Cors> cors = Cors::of(options.cors_origins);
+  if (!cors) return cors.error();
   state->jobs.recover();
   Result<std::vector<Route>> routes = make_routes(state->api);
   if (!routes) return routes.error();
   const HttpOptions http{options.host,
                          options.port,
                          {options.max_streams, options.max_uploads, options.max_requests},
-                         options.patience};
+                         options.patience,
+                         std::move(*cors)};
   Result<std::unique_ptr<HttpServer>> server =
       HttpServer::start(http, std::move(*routes), std::move(files), state->counts);
   if (!server) return server.error();

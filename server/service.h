@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/base/result.h"
 
@@ -13,6 +14,7 @@ namespace photond {
 struct ServiceOptions {
   std::string host = "127.0.0.1";
   int port = 8080;                               ///< 0: any free port, see Service::port
+  std::vector<std::string> cors_origins{};       ///< of other sites whose pages may use the service
   bool insecure = false;                         ///< serve a public address though no keys exist
   std::string data_dir;                          ///< all state, keys too; created where missing, used by one service at a time
   std::string samples_dir;                       ///< *.glb listed as sample scenes; empty: none

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "server/api/authorize.h"
@@ -78,6 +79,8 @@ class Api {
   Response all_events(const Request& request) const;
 
  private:
+  /// 412 where If-Match names another version of the job than there is.
+  std::optional<Response> changed_job(const Request& request) const;
   Response latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const;
   Response set_pinned(const Request& request, bool pinned);
   Response frame_response(const std::string& id, std::uint32_t revision, FrameFormat format) const;

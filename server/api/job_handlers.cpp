@@ -104,9 +104,14 @@ Response Api::post_job(const Request& request) {
   const Result<JobSpec> spec = parse_job(*request.json);
   if (!spec) return problem(spec.error());
   if (*parameter(request, "dry_run") == true) {
-    const Result<Plan> plan = jobs_.check(*spec, request.stop);
-    if (!plan) return problem(plan.error());
-    return json_response({{"spec", spec_message(*spec)}, {"plan", plan_message(*plan)}});
+    const Result<JobEstimate> estimate = jobs_.estimate(*spec, request.stop);
+    if (!estimate) return problem(estimate.error());
+    return json_response({{"spec", spec_message(*spec)},
+                          {"plan", plan_message(estimate->plan)},
+                          {"estimate",
+                           {{"passes", estimate->passes},
+                            {"seconds", estimate->seconds},
+                            {"memory_bytes", estimate->memory_bytes}}}});
   }
   const Result<JobRecord> job = jobs_.submit(*spec, request.stop);
   if (!job) return problem(job.error());
@@ -146,31 +151,42 @@ Response Api::get_job(const Request& request) const {
 }
 
 Response Api::cancel_job(const Request& request) {
+  if (auto changed = changed_job(request)) return std::move(*changed);
   const Result<JobRecord> job = jobs_.cancel(request.captures[0]);
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
 Response Api::pause_job(const Request& request) {
+  if (auto changed = changed_job(request)) return std::move(*changed);
   const Result<JobRecord> job = jobs_.pause(request.captures[0]);
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
 Response Api::resume_job(const Request& request) {
+  if (auto changed = changed_job(request)) return std::move(*changed);
   const Result<JobRecord> job = jobs_.resume(request.captures[0]);
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
 Response Api::extend_job(const Request& request) {
+  if (auto changed = changed_job(request)) return std::move(*changed);
   const Result<JobRecord> job = jobs_.extend(request.captures[0], parse_stop(*request.json));
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
 Response Api::retry_job(const Request& request) {
+  if (auto changed = changed_job(request)) return std::move(*changed);
   const Result<JobRecord> job = jobs_.retry(request.captures[0]);
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
+std::optional<Response> Api::changed_job(const Request& request) const {
+  const auto job = store_.job(request.captures[0]);
+  return job ? failed_match(request, job_etag(*job)) : std::nullopt;
+}
+
 Response Api::delete_job(const Request& request) {
+  if (auto changed = changed_job(request)) return std::move(*changed);
   if (const Status removed = jobs_.remove(request.captures[0]); !removed) return problem(removed.error());
   Response response;
   response.status = 204;

@@ -1,6 +1,7 @@
 #include "server/api/problem.h"
 
 #include "server/api/json.h"
+#include "server/api/query.h"
 
 namespace photond {
 
@@ -125,6 +126,12 @@ Response problem(int status, const std::string& code, const std::vector<Violatio
   if (status == 429 || status == 503) response.headers.emplace_back("Retry-After", "2");
   response.body = to_text(body);
   return response;
+}
+
+std::optional<Response> failed_match(const Request& request, const std::string& etag) {
+  const std::string wanted = request.header("if-match");
+  if (wanted.empty() || names_etag(wanted, etag, false)) return std::nullopt;
+  return problem(412, "changed", "this is not the version that If-Match names any more", "If-Match");
 }
 
 Response problem(const Error& error) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct Violation {
 
 /// The problem for several mistakes: `detail` and `pointer` are those of the first, `errors` lists all.
 Response problem(int status, const std::string& code, const std::vector<Violation>& violations);
+
+/// 412 where the request has an If-Match that does not name what is there, by its `etag`.
+std::optional<Response> failed_match(const Request& request, const std::string& etag);
 
 /// The problem for an error of the layers below.
 Response problem(const Error& error);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <optional>
@@ -49,9 +50,19 @@ inline std::string strong_etag(const std::string& name) {
   return etag;
 }
 
-/// Whether an If-None-Match header names `etag` (with its quotes).
-inline bool names_etag(const std::string& header, const std::string& etag) {
-  return header == "*" || header.find(etag) != std::string::npos;
+/// Whether an If-None-Match (`weak`: W/ counts as nothing) or If-Match header names the strong `etag`, with its quotes.
+inline bool names_etag(std::string_view header, std::string_view etag, bool weak = true) {
+  if (header == "*") return true;
+  while (!header.empty()) {
+    header.remove_prefix(std::min(header.size(), header.find_first_not_of(" \t,")));
+    const bool is_weak = header.starts_with("W/");
+    if (is_weak) header.remove_prefix(2);
+    const std::size_t end = header.starts_with('"') ? header.find('"', 1) : std::string_view::npos;
+    if (end == std::string_view::npos) return false;  // not a list of entity tags
+    if (header.substr(0, end + 1) == etag && (weak || !is_weak)) return true;
+    header.remove_prefix(end + 1);
+  }
+  return false;
 }
 
 }  // namespace photond

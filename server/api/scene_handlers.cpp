@@ -1,3 +1,8 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iterator>
+
 #include "server/api/api.h"
 #include "server/api/problem.h"
 #include "server/api/query.h"
@@ -8,6 +13,20 @@ namespace photond {
 namespace {
 
 Response no_scene() { return problem(404, "not_found", "there is no scene of this id"); }
+
+/// A place in the list of scenes as a cursor; places are ordered as their texts are. New scenes come last, so that
+/// they move nothing, and a scene that goes leaves its place.
+std::string place_of(const SceneRecord& scene) {
+  const auto time = std::chrono::duration_cast<std::chrono::microseconds>(scene.created.time_since_epoch()).count();
+  char text[24];
+  std::snprintf(text, sizeof text, "c-%c%016llx", scene.sample ? '0' : '1', static_cast<unsigned long long>(time));
+  return text;
+}
+
+std::string scene_etag(const Response& response) {
+  const std::string& body = std::get<std::string>(response.body);
+  return strong_etag(to_hex(sha256(std::as_bytes(std::span(body.data(), body.size())))).substr(0, 32));
+}
 
 std::optional<SceneRecord> find_scene(const Store& store, const Request& request) {
   const auto id = digest_from_hex(request.captures[0]);
@@ -27,10 +46,16 @@ Response Api::post_scene(const Request& request) {
   return response;
 }
 
-Response Api::list_scenes(const Request&) const {
+Response Api::list_scenes(const Request& request) const {
+  const std::vector<SceneRecord> scenes = store_.scenes();
+  auto scene = scenes.begin();
+  if (const auto cursor = text_parameter(request, "cursor"))
+    scene = std::find_if(scene, scenes.end(), [&](const SceneRecord& next) { return place_of(next) > *cursor; });
   Json list = Json::array();
-  for (const SceneRecord& scene : store_.scenes()) list.push_back(scene_message(scene, nullptr));
-  return json_response({{"scenes", std::move(list)}});
+  const std::uint64_t limit = whole_parameter(request, "limit");
+  for (; scene != scenes.end() && list.size() < limit; ++scene) list.push_back(scene_message(*scene, nullptr));
+  const Json next = scene == scenes.end() ? Json(nullptr) : Json(place_of(*std::prev(scene)));
+  return json_response({{"scenes", std::move(list)}, {"next_cursor", next}});
 }
 
 Response Api::get_scene(const Request& request) {
@@ -38,7 +63,11 @@ Response Api::get_scene(const Request& request) {
   if (!scene) return no_scene();
   const auto summary = jobs_.scenes().summary(scene->id, request.stop);
   if (!summary) return problem(summary.error());
-  return json_response(scene_message(*scene, summary->get()));
+  Response response = json_response(scene_message(*scene, summary->get()));
+  const std::string etag = scene_etag(response);
+  if (names_etag(request.header("if-none-match"), etag)) response = {.status = 304};
+  response.headers.emplace_back("ETag", etag);
+  return response;
 }
 
 Response Api::get_scene_file(const Request& request) const {

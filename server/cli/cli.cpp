@@ -167,6 +167,8 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
   serve->add_option("--port", options.port, "Port to listen on; 0: any free one")
       ->check(CLI::Range(0, 65535).description(""))
       ->capture_default_str();
+  serve->add_option("--cors-origin", options.cors_origins,
+                    "Another site whose pages may use this service, as https://example.org; repeatable (default: none)");
   serve->add_flag("--insecure", options.insecure, "Serve an address that others can reach though no keys exist");
   options.data_dir = default_data_directory();
   serve->add_option("--data", options.data_dir,

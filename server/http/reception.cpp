@@ -77,9 +77,18 @@ Served Reception::answer(Arrival& arrival, const std::string& path,
     served.response = bad_head(*bad);
     return served;
   }
-  const Head& head = std::get<Head>(arrival.head);
+  const Head head = std::get<Head>(arrival.head);
+  served = find(arrival, head, path, query, id, stop);
+  cors_.mark(head, served.response);
+  return served;
+}
+
+Served Reception::find(Arrival& arrival, const Head& head, const std::string& path,
+                       const std::multimap<std::string, std::string>& query, const std::string& id,
+                       const std::stop_token& stop) {
+  Served served;
   const std::string method = head.method == "HEAD" ? "GET" : head.method;
-  if (method != "GET" && bare(head.field("sec-fetch-site")) == "cross-site") {
+  if (method != "GET" && bare(head.field("sec-fetch-site")) == "cross-site" && !cors_.allows(head)) {
     served.response = problem(403, "forbidden", "other sites may not change anything here");
     return served;
   }
@@ -117,6 +126,10 @@ Served Reception::answer(Arrival& arrival, const std::string& path,
   }
   if (allowed.empty()) {
     served.response = problem(404, "not_found", "there is nothing at this path");
+    return served;
+  }
+  if (auto preflight = cors_.preflight(head, allowed)) {
+    served.response = std::move(*preflight);
     return served;
   }
   served.response = problem(405, "method_not_allowed", "this path takes only: " + allowed);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/api/request_counts.h"
+#include "server/http/cors.h"
 #include "server/http/doorman.h"
 #include "server/http/route_table.h"
 #include "server/http/static_files.h"
@@ -33,15 +34,17 @@ struct Served {
 class Reception {
  public:
   /// `counts` must outlive the object.
-  Reception(const Seats& seats, std::vector<Route> routes, StaticFiles files, RequestCounts& counts)
+  Reception(const Seats& seats, std::vector<Route> routes, StaticFiles files, Cors cors, RequestCounts& counts)
       : limits_{seats.requests, seats.uploads, seats.streams}, routes_(std::move(routes)), files_(std::move(files)),
-        counts_(counts) {}
+        cors_(std::move(cors)), counts_(counts) {}
 
   /// Answers `arrival`, whose target decodes to `path` and `query`. Throws nothing of its own, but handlers may.
   Served answer(Arrival& arrival, const std::string& path, const std::multimap<std::string, std::string>& query,
                 const std::string& id, const std::stop_token& stop);
 
  private:
+  Served find(Arrival& arrival, const Head& head, const std::string& path,
+              const std::multimap<std::string, std::string>& query, const std::string& id, const std::stop_token& stop);
   Response run(const Route& route, Request request, Arrival& arrival, const Head& head);
   std::shared_ptr<void> take(Seat seat);
   static std::optional<Response> take_body(const Route& route, Arrival& arrival, const Head& head,
@@ -51,6 +54,7 @@ class Reception {
   std::array<std::atomic<int>, 3> taken_{};
   const std::vector<Route> routes_;
   const StaticFiles files_;
+  const Cors cors_;
   RequestCounts& counts_;
 };
 

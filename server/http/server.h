@@ -18,6 +18,7 @@ struct HttpOptions {
   int port = 0;  ///< 0: any free port
   Seats seats;
   std::chrono::milliseconds patience{10'000};  ///< for a request's head to arrive
+  Cors cors;
 };
 
 /// HTTP/1.1: a doorman, a reception, a crew of threads, and cpp-httplib between them. Knows routes only as a table,

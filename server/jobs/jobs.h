@@ -14,6 +14,7 @@
 
 #include "core/base/parallel.h"
 #include "server/jobs/disk_room.h"
+#include "server/jobs/estimate.h"
 #include "server/jobs/event_log.h"
 #include "server/jobs/job.h"
 #include "server/jobs/map_cache.h"
@@ -64,6 +65,9 @@ class Jobs {
   /// Checks a job without running it: scene, camera, settings, limits. Errors name the field ("/film/width").
   /// Returns the plan that the scene gets by these settings.
   Result<Plan> check(const JobSpec& spec, std::stop_token stop);
+  /// Checks, and renders a few passes of a small picture to tell what the job would cost; one at a time, beside the
+  /// jobs that run, which make it look slower. Errors: as check.
+  Result<JobEstimate> estimate(const JobSpec& spec, std::stop_token stop);
   /// Checks and queues. Errors: as check; limit_exceeded with `where` "queue" while too many jobs are alive;
   /// cancelled while shutting down.
   Result<JobRecord> submit(const JobSpec& spec, std::stop_token stop);
@@ -123,6 +127,7 @@ class Jobs {
   Workers workers_;
   SceneLibrary scenes_;
   MapCache maps_;
+  std::mutex estimating_;
   std::atomic<std::uint64_t> passes_{0};
   const RunParts parts_;
   mutable std::mutex mutex_;  ///< of the maps below, and of what must not happen beside a change of it

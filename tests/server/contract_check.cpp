@@ -49,7 +49,7 @@ void expect_headers(const Answer& answer, const Reply& reply, const std::string&
     announced.insert(lower);
   }
   for (const char* name : {"etag", "location", "content-location", "retry-after", "photond-revision", "www-authenticate"}) {
-    if (reply.headers.contains(name)) EXPECT_TRUE(announced.contains(name)) << what << " has " << name;
+    EXPECT_TRUE(!reply.headers.contains(name) || announced.contains(name)) << what << " has " << name;
   }
 }
 

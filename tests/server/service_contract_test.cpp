@@ -1,0 +1,182 @@
+#include "server/api/contract.h"
+#include "server/api/openapi.h"
+#include "server/api/query.h"
+#include "tests/server/service_fixture.h"
+
+namespace photond::test {
+namespace {
+
+using nlohmann::json;
+
+TEST(ContractExamples, KeepTheirSchemas) {
+  const Json document = Json::parse(kOpenApiText);
+  Schemas schemas(document);
+  int checked = 0;
+  const std::function<void(const Json&, const std::string&)> visit = [&](const Json& node, const std::string& where) {
+    const auto check = [&](const std::string& schema, const Json& value, const std::string& what) {
+      for (const Violation& violation : check_value(**schemas.at(schema), value))
+        ADD_FAILURE() << where << " " << what << ": " << violation.detail;
+      ++checked;
+    };
+    if (node.is_object() && node.contains("schema") && node.contains("examples")) {
+      for (const auto& [name, example] : node["examples"].items()) check(where + "/schema", example["value"], name);
+    } else if (node.is_object() && node.contains("examples") && node["examples"].is_array()) {
+      for (const Json& example : node["examples"]) check(where, example, "example");
+    }
+    if (node.is_object() && node.contains("default") && node.contains("type")) check(where, node["default"], "default");
+    if (!node.is_structured()) return;
+    for (const auto& [name, member] : node.items()) visit(member, where + "/" + pointer_token(name));
+  };
+  visit(document, "");
+  EXPECT_GE(checked, 15);
+}
+
+TEST_F(ServiceTest, EveryExampleOfARequestIsAccepted) {
+  const std::string scene = upload();
+  const Contract contract = std::move(*Contract::read(kOpenApiText));
+  int sent = 0;
+  const Json& body = contract.document()["paths"]["/v1/jobs"]["post"]["requestBody"]["content"]["application/json"];
+  for (const auto& [name, example] : body["examples"].items()) {
+    Json job = example["value"];
+    job["scene"] = scene;                              // there is no other way to know a scene's id
+    if (job.contains("camera") && job["camera"] == "main") job["camera"] = "front";  // of the samples
+    const Reply reply = post_json(port_, "/v1/jobs", to_text(job));
+    EXPECT_EQ(reply.status, 202) << name << reply.body;
+    const std::string id = json::parse(reply.body)["id"];
+    EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/cancel").status, 202);
+    wait_for_end(id);
+    ++sent;
+  }
+  EXPECT_GE(sent, 3);
+}
+
+TEST_F(ServiceTest, AllMistakesOfAJobAreListed) {
+  const Reply reply = post_json(port_, "/v1/jobs", R"({"scene":"x","film":{"width":0,"depth":1},"stop":{}})");
+  EXPECT_EQ(reply.status, 422);
+  std::vector<std::string> places;
+  const json problem = json::parse(reply.body);
+  for (const json& error : problem["errors"]) places.push_back(error["pointer"]);
+  EXPECT_EQ(places, (std::vector<std::string>{"/scene", "/film/width", "/film/depth", "/stop"}));
+  EXPECT_EQ(get(port_, "/v1/jobs?limt=3").status, 400) << "a typing error is not ignored";
+}
+
+TEST_F(ServiceTest, ChangesMayBeConditional) {
+  const std::string id = submit(upload(), R"("method":"path","stop":{"passes":1})");
+  wait_for_end(id);
+  const std::string target = "/v1/jobs/" + id;
+  const std::string etag = get(port_, target).headers.at("etag");
+  for (const std::string& wrong : {std::string("\"other\""), "W/" + etag, etag.substr(1), std::string("\"a\", \"b\"")}) {
+    const Reply refused = request(port_, "DELETE", target, "", "", {{"If-Match", wrong}});
+    EXPECT_EQ(refused.status, 412) << wrong;
+    EXPECT_EQ(json::parse(refused.body)["code"], "changed");
+  }
+  EXPECT_EQ(request(port_, "POST", target + "/cancel", "", "", {{"If-Match", "\"x\""}}).status, 412);
+  EXPECT_EQ(request(port_, "DELETE", target, "", "", {{"If-Match", "\"other\", " + etag}}).status, 204);
+  EXPECT_EQ(request(port_, "DELETE", target, "", "", {{"If-Match", etag}}).status, 404);
+}
+
+TEST(EntityTags, AreComparedAsRfc9110Says) {
+  EXPECT_TRUE(names_etag("*", "\"a\""));
+  EXPECT_TRUE(names_etag("\"a\"", "\"a\""));
+  EXPECT_TRUE(names_etag("\"x,\\\" , W/\"a\"", "\"a\""));
+  EXPECT_FALSE(names_etag("W/\"a\"", "\"a\"", false));
+  EXPECT_FALSE(names_etag("\"ab\"", "\"a\"")) << "no part of another";
+  EXPECT_FALSE(names_etag("\"b\" \"a", "\"a\""));
+  EXPECT_FALSE(names_etag("a", "\"a\""));
+  EXPECT_FALSE(names_etag("", "\"a\""));
+}
+
+TEST_F(ServiceTest, AKnownSceneIsNotSentAgain) {
+  const std::string target = "/v1/scenes/" + upload();
+  const Reply first = get(port_, target);
+  ASSERT_EQ(first.status, 200);
+  const Reply again = get(port_, target, {{"If-None-Match", first.headers.at("etag")}});
+  EXPECT_EQ(again.status, 304);
+  EXPECT_EQ(again.headers.at("etag"), first.headers.at("etag"));
+  EXPECT_EQ(get(port_, target, {{"If-None-Match", "\"0\""}}).status, 200);
+}
+
+TEST_F(ServiceTest, TheListOfScenesIsPaged) {
+  std::vector<std::string> ids;
+  for (const char* name : {"a", "b", "c", "d", "e"}) ids.push_back(upload(small_glb(name)));
+  std::vector<std::string> seen;
+  std::string query = "?limit=2";
+  for (int pages = 0; pages < 4; ++pages) {
+    const json page = json::parse(get(port_, "/v1/scenes" + query).body);
+    for (const json& scene : page["scenes"]) seen.push_back(scene["id"]);
+    if (pages == 0) request(port_, "DELETE", "/v1/scenes/" + ids[1]);  // the last of the page
+    if (page["next_cursor"].is_null()) break;
+    query = "?limit=2&cursor=" + page["next_cursor"].get<std::string>();
+  }
+  EXPECT_EQ(seen, ids);
+  EXPECT_EQ(get(port_, "/v1/scenes?cursor=x").status, 400);
+}
+
+TEST_F(ServiceTest, OtherSitesAreNotLetInUnlessNamed) {
+  const Fields asked{{"Origin", "https://example.org"}, {"Access-Control-Request-Method", "POST"}};
+  EXPECT_EQ(request(port_, "OPTIONS", "/v1/jobs", "", "", asked).status, 405);
+  EXPECT_EQ(get(port_, "/v1/jobs", asked).headers.count("access-control-allow-origin"), 0u);
+
+  ServiceOptions options;
+  options.cors_origins = {"https://example.org", "http://localhost:5173"};
+  start(options);
+  const Reply preflight = request(port_, "OPTIONS", "/v1/jobs", "", "", asked);
+  EXPECT_EQ(preflight.status, 204);
+  EXPECT_EQ(preflight.headers.at("access-control-allow-origin"), "https://example.org");
+  EXPECT_EQ(preflight.headers.at("access-control-allow-methods"), "POST, GET");
+  EXPECT_NE(preflight.headers.at("access-control-allow-headers").find("Authorization"), std::string::npos);
+  const Reply answer = get(port_, "/v1/jobs", asked);
+  EXPECT_EQ(answer.headers.at("access-control-allow-origin"), "https://example.org");
+  EXPECT_EQ(answer.headers.at("vary"), "Origin");
+  EXPECT_NE(answer.headers.at("access-control-expose-headers").find("ETag"), std::string::npos);
+  const Fields cross{{"Origin", "https://example.org"}, {"Sec-Fetch-Site", "cross-site"}};
+  EXPECT_EQ(request(port_, "POST", "/v1/jobs/x/cancel", "", "", cross).status, 404) << "let in, though from elsewhere";
+  for (const char* origin : {"https://example.org.evil.net", "http://example.org", "https://example.org:444", "null"}) {
+    const Fields other{{"Origin", origin}, {"Access-Control-Request-Method", "POST"}, {"Sec-Fetch-Site", "cross-site"}};
+    EXPECT_EQ(request(port_, "OPTIONS", "/v1/jobs", "", "", other).headers.count("access-control-allow-origin"), 0u);
+    EXPECT_EQ(request(port_, "POST", "/v1/jobs/x/cancel", "", "", other).status, 403) << origin;
+  }
+  for (const char* origin : {"*", "example.org", "https://example.org/", "https://a b"}) {
+    options.cors_origins = {origin};
+    options.port = 0;
+    EXPECT_FALSE(Service::start(options).ok()) << origin;
+  }
+}
+
+TEST_F(ServiceTest, EveryAnswerHasSecurityHeaders) {
+  for (const char* target : {"/v1/info", "/nothing", "/healthz", "/v1/jobs/x"}) {
+    const Reply reply = get(port_, target);
+    EXPECT_EQ(reply.headers.at("x-content-type-options"), "nosniff") << target;
+    EXPECT_EQ(reply.headers.at("referrer-policy"), "no-referrer");
+    EXPECT_EQ(reply.headers.at("cache-control"), "no-store");
+    EXPECT_NE(reply.headers.at("content-security-policy").find("frame-ancestors 'none'"), std::string::npos);
+  }
+}
+
+TEST_F(ServiceTest, ADryRunTellsWhatAJobWouldCost) {
+  const std::string scene = upload();
+  for (const char* method : {"path", "progressive", "photon_map", "hybrid"}) {
+    const std::string spec = "{\"scene\":\"" + scene + R"(","film":{"width":200,"height":150},"photons_per_pass":20000,)" +
+                             R"("stop":{"passes":24},"method":")" + method + "\"}";
+    const Reply reply = post_json(port_, "/v1/jobs?dry_run=true", spec);
+    ASSERT_EQ(reply.status, 200) << reply.body;
+    const json estimate = json::parse(reply.body)["estimate"];
+    EXPECT_EQ(estimate["passes"], 24) << method;
+    const json done = wait_for_end(json::parse(post_json(port_, "/v1/jobs", spec).body)["id"]);
+    const double ratio = estimate["seconds"].get<double>() / done["seconds"].get<double>();
+    // Within 2 on an idle machine (./run bench estimate); tests share theirs with a compiler or each other.
+    EXPECT_GT(ratio, 0.2) << method;
+    EXPECT_LT(ratio, 5) << method;
+    EXPECT_GT(estimate["memory_bytes"].get<double>(), 200 * 150 * 100.0);
+    EXPECT_LT(estimate["memory_bytes"].get<double>(), 64e6);
+  }
+  const Reply timed = post_json(port_, "/v1/jobs?dry_run=true",
+                                "{\"scene\":\"" + scene + R"(","film":{"width":64,"height":64},"stop":{"seconds":2}})");
+  const json estimate = json::parse(timed.body)["estimate"];
+  EXPECT_LE(estimate["seconds"].get<double>(), 2.01);
+  EXPECT_GT(estimate["seconds"].get<double>(), 1);
+  EXPECT_EQ(json::parse(get(port_, "/v1/jobs?limit=200").body)["jobs"].size(), 4u) << "dry runs leave nothing behind";
+}
+
+}  // namespace
+}  // namespace photond::test
