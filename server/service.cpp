@@ -29,6 +29,7 @@ JobLimits job_limits(const ServiceOptions& options) {
   limits.max_pixels = options.max_pixels;
   limits.max_live_jobs = options.max_live_jobs;
   limits.max_kept_jobs = options.max_kept_jobs;
+  limits.watch_time = options.watch_time;
   limits.disk = {options.disk_quota_bytes, options.disk_reserve_bytes};
   return limits;
 }

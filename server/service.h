@@ -32,6 +32,7 @@ struct ServiceOptions {
   int max_streams = 512;                 ///< event streams and long polls at once
   int max_uploads = 8;                   ///< at once; each may take max_upload_bytes of memory
   int max_requests = 64;                 ///< other requests at once
+  std::chrono::milliseconds watch_time{30'000};  ///< after somebody has looked at a job its pictures are published
   std::chrono::milliseconds patience{10'000};  ///< for a request's head to arrive, and again for a small body
 };
 

@@ -71,6 +71,9 @@ class Api {
   Response get_series(const Request& request) const;
   Response get_frame(const Request& request) const;
 
+  // checkpoint_handler.cpp
+  Response get_checkpoint(const Request& request) const;
+
   // picture_stream.cpp
   Response picture_stream(const Request& request) const;
 

@@ -23,13 +23,18 @@ std::string to_sse(const Event& event) {
 /// One reader's place in the log. Nothing is queued for it: a slow reader finds fewer events, later.
 class EventFeed {
  public:
-  EventFeed(const Store& store, const EventLog& log, std::set<std::string> jobs, std::uint64_t after, bool ends,
+  EventFeed(const Store& store, const Jobs& jobs, std::set<std::string> ids, std::uint64_t after, bool ends,
             std::stop_token stop)
-      : store_(store), log_(log), jobs_(std::move(jobs)), after_(after), ends_(ends), stop_(std::move(stop)) {}
+      : store_(store), log_(jobs.events()), jobs_(std::move(ids)), after_(after), ends_(ends), stop_(std::move(stop)) {
+    for (const std::string& id : jobs_) {
+      if (auto job = jobs.job(id)) watched_.push_back(std::move(job));
+    }
+  }
 
   /// The next piece of the stream; no value when it `ends` with its one job and all is told.
   std::optional<std::string> next() {
     if (ended_) return std::nullopt;
+    look();
     std::string text;
     if (!greeted_) text = "retry: 2000\nid: " + std::to_string(after_) + "\n\n";
     greeted_ = true;
@@ -49,6 +54,11 @@ class EventFeed {
     return events;
   }
 
+  void look() const {
+    if (jobs_.empty()) log_.look();
+    for (const auto& job : watched_) job->look();
+  }
+
   bool one_job_ended(const std::vector<Event>& events) const {
     if (!ends_) return false;
     if (!events.empty()) return is_terminal(events.back().state);
@@ -66,6 +76,7 @@ class EventFeed {
   const Store& store_;
   const EventLog& log_;
   const std::set<std::string> jobs_;  ///< empty: all
+  std::vector<std::shared_ptr<const Job>> watched_;
   std::uint64_t after_;
   const bool ends_;
   std::stop_token stop_;
@@ -106,7 +117,7 @@ Response Api::job_events(const Request& request) const {
     done.status = 204;
     return done;
   }
-  return stream(std::make_shared<EventFeed>(store_, log, std::set{id}, after, true, request.stop));
+  return stream(std::make_shared<EventFeed>(store_, jobs_, std::set{id}, after, true, request.stop));
 }
 
 Response Api::all_events(const Request& request) const {
@@ -116,7 +127,7 @@ Response Api::all_events(const Request& request) const {
     if (!store_.job(id)) return problem(404, "not_found", "there is no job " + id);
   }
   const std::uint64_t after = start_of(request, log.newest(), jobs.empty() ? log.newest() : 0);
-  return stream(std::make_shared<EventFeed>(store_, log, jobs, after, false, request.stop));
+  return stream(std::make_shared<EventFeed>(store_, jobs_, jobs, after, false, request.stop));
 }
 
 }  // namespace photond

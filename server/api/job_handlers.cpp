@@ -142,7 +142,9 @@ Response Api::get_job(const Request& request) const {
   const std::string& id = request.captures[0];
   std::optional<JobRecord> job;
   const std::string known = request.header("if-none-match");
+  const auto watched = jobs_.job(id);
   const bool changed = wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
+    if (watched) watched->look();
     job = store_.job(id);
     return !job || known.empty() || !names_etag(known, job_etag(*job));
   });
@@ -204,6 +206,7 @@ Response Api::get_frame(const Request& request) const {
   const FrameFormat format = format_of(suffix);
   if (!store_.job(id)) return no_job(id);
   if (request.captures[1] == "latest") return latest_frame(request, format, suffix);
+  jobs_.look(id);
   const auto revision = static_cast<std::uint32_t>(whole_parameter(request, "rev"));
   const std::string etag = frame_etag(id, revision, suffix);
   if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
@@ -217,8 +220,10 @@ Response Api::get_frame(const Request& request) const {
 Response Api::latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const {
   const std::string& id = request.captures[0];
   const std::uint64_t after = whole_parameter(request, "after");
+  const auto watched = jobs_.job(id);
   std::optional<JobRecord> job;
   wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
+    if (watched) watched->look();
     job = store_.job(id);
     return !job || job->revision > after || is_terminal(job->state);
   });

@@ -28,10 +28,11 @@ std::string twice(const std::vector<std::byte>& jpeg) {
 class PictureFeed {
  public:
   PictureFeed(const Store& store, const Jobs& jobs, std::string id, std::stop_token stop)
-      : store_(store), jobs_(jobs), id_(std::move(id)), stop_(std::move(stop)) {}
+      : store_(store), jobs_(jobs), id_(std::move(id)), watched_(jobs.job(id_)), stop_(std::move(stop)) {}
 
   std::optional<std::string> next() {
     if (ended_) return std::nullopt;
+    if (watched_) watched_->look();
     const std::uint64_t seen = jobs_.events().newest();
     std::string text = newest();
     if (!text.empty() || ended_) return text;
@@ -66,6 +67,7 @@ class PictureFeed {
   const Store& store_;
   const Jobs& jobs_;
   const std::string id_;
+  const std::shared_ptr<const Job> watched_;
   std::stop_token stop_;
   std::uint32_t revision_ = 0;
   Frames::Bytes sent_;

@@ -58,6 +58,7 @@ std::vector<Line> table(const ApiLimits& limits) {
       {"POST", "/v1/jobs/{id}/retry", &Api::retry_job},
       {"GET", "/v1/jobs/{id}/series", &Api::get_series},
       {"GET", "/v1/jobs/{id}/frames/{rev}.{format}", &Api::get_frame},
+      {"GET", "/v1/jobs/{id}/checkpoint", &Api::get_checkpoint},
       {"GET", "/v1/jobs/{id}/stream.mjpg", &Api::picture_stream, Seat::stream},
       {"GET", "/v1/jobs/{id}/events", &Api::job_events, Seat::stream},
       {"GET", "/v1/events", &Api::all_events, Seat::stream},

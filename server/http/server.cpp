@@ -25,7 +25,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kSliceBytes = 256 * 1024;
+constexpr std::size_t kPieceBytes = 256 * 1024;
 constexpr int kSpareThreads = 64;  // for probes, and for refusing what finds no seat
 constexpr std::chrono::seconds kStreamPatience{15};  // for a viewer to take what it was sent
 constexpr std::size_t kMaxId = 64;
@@ -154,19 +154,22 @@ SharedBytes to_bytes(const std::string& text) {
   return std::make_shared<const std::vector<std::byte>>(begin, begin + text.size());
 }
 
-/// Bodies leave in slices, by content providers, which the library never compresses: a strong ETag names exactly
+Slice all_of(const SharedBytes& bytes) { return {bytes, 0, bytes->size()}; }
+
+/// Bodies leave in pieces, by content providers, which the library never compresses: a strong ETag names exactly
 /// these bytes. The seat is kept until the last byte has left.
-void write_bytes(const SharedBytes& bytes, const std::string& type, const std::shared_ptr<void>& seat,
+void write_bytes(const Slice& slice, const std::string& type, const std::shared_ptr<void>& seat,
                  httplib::Response& out) {
-  if (bytes->empty()) {
+  if (slice.length == 0) {
     if (!type.empty()) out.set_content(std::string(), type);
     return;
   }
-  out.set_content_provider(bytes->size(), type,
-                           [bytes, seat](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-                             if (offset >= bytes->size()) return false;
-                             const std::size_t n = std::min({length, kSliceBytes, bytes->size() - offset});
-                             return sink.write(reinterpret_cast<const char*>(bytes->data()) + offset, n);
+  out.set_content_provider(slice.length, type,
+                           [slice, seat](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+                             if (offset >= slice.length) return false;
+                             const std::size_t n = std::min({length, kPieceBytes, slice.length - offset});
+                             const auto* from = slice.bytes->data() + slice.first + offset;
+                             return sink.write(reinterpret_cast<const char*>(from), n);
                            });
 }
 
@@ -266,9 +269,11 @@ void HttpServer::State::answer(Arrival& arrival, const httplib::Request& in, Con
     if (name == "Location") line.with("location", value);  // says which job a request made
   }
   if (const auto* text = std::get_if<std::string>(&response.body)) {
-    write_bytes(to_bytes(*text), response.content_type, served.seat, out);
+    write_bytes(all_of(to_bytes(*text)), response.content_type, served.seat, out);
   } else if (const auto* bytes = std::get_if<SharedBytes>(&response.body)) {
-    write_bytes(*bytes, response.content_type, served.seat, out);
+    write_bytes(all_of(*bytes), response.content_type, served.seat, out);
+  } else if (const auto* slice = std::get_if<Slice>(&response.body)) {
+    write_bytes(*slice, response.content_type, served.seat, out);
   } else {
     write_stream(std::get<Pieces>(response.body), response.content_type, served.seat, conversation,
                  stopping.get_token(), head != nullptr && head->http10, out);

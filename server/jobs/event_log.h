@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -22,6 +23,9 @@ class EventLog {
   Status add(JobRecord& job, Event event);
   Status update(const JobRecord& job, Event event);
 
+  /// Somebody looks at all jobs: see Job::look.
+  void look() const { looked_at_ = std::chrono::steady_clock::now(); }
+  std::chrono::steady_clock::time_point looked_at() const { return looked_at_; }
   JobCounts::Snapshot counts() const { return counts_.snapshot(); }
 
   /// The id of the newest event of all jobs; 0 before the first.
@@ -40,6 +44,7 @@ class EventLog {
   mutable std::condition_variable_any changed_;
   std::uint64_t newest_;
   JobCounts counts_;
+  mutable std::atomic<std::chrono::steady_clock::time_point> looked_at_{};
 };
 
 }  // namespace photond

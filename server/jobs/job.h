@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -43,6 +46,11 @@ class Job {
   /// Changes numbers within the state and appends an event of `kind`.
   Status note(EventKind kind, const Edit& edit);
 
+  /// Somebody looks at the job: for a while its pictures are worth publishing. Making it is a look.
+  void look() const { looked_at_ = std::chrono::steady_clock::now(); }
+  /// When somebody last looked at it, or at all jobs.
+  std::chrono::steady_clock::time_point looked_at() const { return std::max(looked_at_.load(), log_.looked_at()); }
+
   Frames frames;
 
  private:
@@ -51,6 +59,7 @@ class Job {
   EventLog& log_;
   mutable std::mutex mutex_;
   JobRecord record_;
+  mutable std::atomic<std::chrono::steady_clock::time_point> looked_at_{std::chrono::steady_clock::now()};
 };
 
 }  // namespace photond

@@ -44,7 +44,7 @@ Jobs::Jobs(Store& store, JobFiles& files, const std::filesystem::path& data, Ide
       workers_(limits.threads),
       scenes_(store, room_, workers_, limits.scene_cache_bytes),
       maps_(limits.map_cache_bytes, std::move(maps)),
-      parts_{scenes_, maps_, workers_, files_, room_, passes_, std::move(identity)} {
+      parts_{scenes_, maps_, workers_, files_, room_, passes_, std::move(identity), limits.watch_time} {
   room_.set_map_eviction([this](std::uint64_t bytes) { return maps_.free_disk(bytes); });
 }
 
@@ -225,6 +225,27 @@ Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, std::stop_token s
   prewarms_.emplace(spec, work);
   scheduler_.submit(work, Priority::batch);
   return result;
+}
+
+std::shared_ptr<const Job> Jobs::job(const std::string& id) const {
+  const std::shared_ptr<RunJob> run = find(id);
+  return run ? run->job() : nullptr;
+}
+
+void Jobs::look(const std::string& id) const {
+  if (const auto looked_at = job(id)) looked_at->look();
+}
+
+Result<Jobs::CheckpointFile> Jobs::checkpoint(const std::string& id) const {
+  if (!find(id)) return no_job(id);
+  const auto checkpoints = files_.checkpoints(id);
+  if (!checkpoints) return checkpoints.error();
+  for (const JobFiles::Checkpoint& checkpoint : *checkpoints) {
+    Result<Blob> bytes = files_.read(checkpoint);
+    if (bytes) return CheckpointFile{checkpoint, std::move(*bytes)};
+    if (bytes.error().code != ErrorCode::not_found) return bytes.error();  // else damaged, or replaced just now
+  }
+  return Error{ErrorCode::not_found, "no checkpoint of job " + id + " has been written", ""};
 }
 
 Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision, FrameFormat format) const {

@@ -35,6 +35,7 @@ struct JobLimits {
   std::uint64_t max_pixels = 8'388'608;
   int max_live_jobs = 256;
   int max_kept_jobs = 1024;
+  std::chrono::milliseconds watch_time{30'000};
   DiskLimits disk;
 };
 
@@ -96,6 +97,18 @@ class Jobs {
   /// Has photon maps built, behind the interactive jobs; asking again tells how far it is and queues nothing twice.
   /// Errors: those of the settings and the scene; limit_exceeded with `where` "queue"; cancelled while shutting down.
   Result<Prewarmed> prewarm(const PrewarmSpec& spec, std::stop_token stop);
+  /// The job itself, for those who look at it for long; null where there is none.
+  std::shared_ptr<const Job> job(const std::string& id) const;
+  /// Somebody has looked at a job just now.
+  void look(const std::string& id) const;
+
+  struct CheckpointFile {
+    JobFiles::Checkpoint about;
+    Blob bytes;
+  };
+  /// The newest checkpoint: an accumulator file, which `photond merge` takes. Errors: not_found (no such job, or none
+  /// was written: short jobs have none), io.
+  Result<CheckpointFile> checkpoint(const std::string& id) const;
   /// A picture of a job: of the newest ones while it runs, its newest once it rests. Errors: not_found, or the
   /// encoder's.
   Result<Frames::Bytes> frame(const std::string& id, std::uint32_t revision, FrameFormat format) const;

@@ -106,7 +106,7 @@ Status RunJob::advance() {
   if (nothing_shown && has_preview(*task_)) return publish_preview();
   if (const Status rendered = render_next_pass(); !rendered) return rendered;
   if (stop_rule_met()) return finish();
-  if (rule_.due(film_.pass_count(), wall_seconds())) {
+  if (watched() && rule_.due(film_.pass_count(), wall_seconds())) {
     if (const Status published = publish(false); !published) return published;
   }
   if (checkpoints_.due(compute_seconds_)) return checkpoint();
@@ -200,6 +200,8 @@ Status RunJob::render_next_pass() {
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
   return Done{};
 }
+
+bool RunJob::watched() const { return Clock::now() - job_->looked_at() < parts_.watch_time; }
 
 bool RunJob::stop_rule_met() const { return rule_met(job_->stop_rule(), progress()) != nullptr; }
 

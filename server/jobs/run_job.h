@@ -36,6 +36,7 @@ struct RunParts {
   DiskRoom& room;
   std::atomic<std::uint64_t>& passes;  ///< over all jobs
   IdentityOf identity;
+  std::chrono::milliseconds watch_time;  ///< for which pictures are published after somebody has looked
 };
 
 /// Turns a queued job into a picture: the first slice prepares, or goes on from a checkpoint, every further one renders
@@ -86,6 +87,7 @@ class RunJob : public Slices {
   void release();
   void stall(const Status& refused);
   bool stop_rule_met() const;
+  bool watched() const;
   Progress progress() const;
   void put_numbers(JobRecord& record) const;
   double wall_seconds() const;
