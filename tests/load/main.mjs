@@ -24,8 +24,8 @@ const [photond, samples, ...rest] = process.argv.slice(2);
 const options = parse(rest);
 const figures = new Figures();
 const running = [];
-const start = async (flags) => {
-  const server = await Server.start({ photond, samples }, flags);
+const start = async (flags, keys) => {
+  const server = await Server.start({ photond, samples }, flags, keys);
   running.push(server);
   return server;
 };

@@ -1,5 +1,5 @@
 // A photond of the load test's own: a free port on loopback, a temporary data directory, ended by its pid.
-import { spawn } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
 import { mkdtemp, readFile, readdir, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -7,14 +7,17 @@ import { join } from 'node:path';
 const clock_ticks = 100; // per second, in /proc/PID/stat; Linux has no other on x86-64
 
 export class Server {
-  static async start({ photond, samples }, options = []) {
+  /** With `keys`, a list of arguments to `photond key create`, the server asks for keys; they are in `server.keys`. */
+  static async start({ photond, samples }, options = [], keys = []) {
     const data = await mkdtemp(join(tmpdir(), 'photond-load-'));
+    const made = keys.map((more) => execFileSync(photond, ['key', 'create', '--data', data, ...more], { encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }).trim());
     const child = spawn(
       photond,
       ['serve', '--port', '0', '--data', data, '--samples', samples, '--log-level', 'warning', ...options],
       { stdio: ['ignore', 'pipe', 'inherit'] },
     );
     const server = new Server(child, data);
+    server.keys = made;
     server.port = await server.#announced_port();
     return server;
   }
