@@ -13,6 +13,7 @@
 #include "server/jobs/jobs.h"
 #include "server/store/data_directory.h"
 #include "server/store/database.h"
+#include "server/store/environments.h"
 #include "server/store/job_files.h"
 #include "server/store/schema.h"
 #include "server/store/store.h"
@@ -85,6 +86,7 @@ struct Service::Stored {
   DataDirectory directory;
   std::unique_ptr<Database> database;
   std::unique_ptr<Store> store;
+  std::unique_ptr<Environments> environments;
   std::unique_ptr<JobFiles> files;
   std::unique_ptr<MapFiles> maps;  ///< null: photon maps stay in memory
 
@@ -95,10 +97,14 @@ struct Service::Stored {
     if (!database) return database.error();
     Result<std::unique_ptr<Store>> store = Store::open(**database, directory->folder("scenes"));
     if (!store) return store.error();
+    Result<std::unique_ptr<Environments>> environments =
+        Environments::open(**database, directory->folder("environments"));
+    if (!environments) return environments.error();
     Result<std::unique_ptr<JobFiles>> files =
         JobFiles::open(**database, directory->folder("frames"), directory->folder("checkpoints"));
     if (!files) return files.error();
-    Stored stored{std::move(*directory), std::move(*database), std::move(*store), std::move(*files), nullptr};
+    Stored stored{std::move(*directory), std::move(*database), std::move(*store), std::move(*environments),
+                  std::move(*files), nullptr};
     if (options.map_disk_bytes == 0) return stored;
     Result<std::unique_ptr<MapFiles>> maps = MapFiles::open(stored.directory.folder("maps"), options.map_disk_bytes);
     if (!maps) return maps.error();
@@ -113,7 +119,8 @@ struct Service::State {
         contract(std::move(c)),
         keys(key_file(o)),
         stored(std::move(s)),
-        jobs(*stored.store, *stored.files, stored.directory.path(), identity_text, job_limits(o), std::move(stored.maps)),
+        jobs(*stored.store, *stored.environments, *stored.files, stored.directory.path(), identity_text, job_limits(o),
+             std::move(stored.maps)),
         api(*stored.store, jobs, counts, contract, keys, api_limits(o)) {}
 
   const ServiceOptions options;

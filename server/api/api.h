@@ -58,6 +58,11 @@ class Api {
   Response get_scene_file(const Request& request) const;
   Response delete_scene(const Request& request);
 
+  // environment_handlers.cpp
+  Response post_environment(const Request& request);
+  Response list_environments(const Request& request) const;
+  Response delete_environment(const Request& request);
+
   // job_handlers.cpp
   Response post_job(const Request& request);
   Response list_jobs(const Request& request) const;

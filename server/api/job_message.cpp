@@ -60,10 +60,16 @@ Json urls_json(const JobRecord& job) {
 
 Json time_json(const std::optional<WallTime>& time) { return time ? Json(time_text(*time)) : Json(nullptr); }
 
+Json environment_json(const std::optional<EnvironmentChoice>& choice) {
+  if (!choice) return nullptr;
+  return {{"id", to_hex(choice->id)}, {"rotation_deg", choice->rotation_deg}, {"scale", choice->scale}};
+}
+
 }  // namespace
 
 Json spec_message(const JobSpec& spec) {
   return {{"scene", to_hex(spec.scene)},
+          {"environment", environment_json(spec.environment)},
           {"camera", camera_json(spec.camera)},
           {"film", {{"width", spec.settings.width}, {"height", spec.settings.height}}},
           {"method", method_name(spec.settings.method)},

@@ -38,6 +38,13 @@ Result<CameraChoice> read_camera(const Json& camera) {
   return CameraChoice(camera.get<std::uint32_t>());
 }
 
+EnvironmentChoice read_environment_choice(const Json& fields) {
+  EnvironmentChoice choice{*digest_from_hex(fields["id"].get<std::string>())};
+  take(fields, "rotation_deg", choice.rotation_deg);
+  take(fields, "scale", choice.scale);
+  return choice;
+}
+
 }  // namespace
 
 StopRule parse_stop(const Json& message) {
@@ -54,6 +61,8 @@ StopRule parse_stop(const Json& message) {
 Result<JobSpec> parse_job(const Json& message) {
   JobSpec spec;
   spec.scene = *digest_from_hex(message["scene"].get<std::string>());
+  if (const auto environment = message.find("environment"); environment != message.end() && !environment->is_null())
+    spec.environment = read_environment_choice(*environment);
   if (const auto camera = message.find("camera"); camera != message.end()) {
     Result<CameraChoice> choice = read_camera(*camera);
     if (!choice) return choice.error();

@@ -47,6 +47,10 @@ std::vector<Line> table(const ApiLimits& limits) {
       {"GET", "/v1/scenes/{id}", &Api::get_scene},
       {"DELETE", "/v1/scenes/{id}", &Api::delete_scene},
 
+      {"POST", "/v1/environments", &Api::post_environment, limits.max_upload_bytes},
+      {"GET", "/v1/environments", &Api::list_environments},
+      {"DELETE", "/v1/environments/{id}", &Api::delete_environment},
+
       {"POST", "/v1/jobs", &Api::post_job, limits.max_message_bytes},
       {"GET", "/v1/jobs", &Api::list_jobs},
       {"GET", "/v1/jobs/{id}", &Api::get_job},

@@ -34,7 +34,7 @@ Error shutting_down() { return {ErrorCode::cancelled, "the service is shutting d
 
 }  // namespace
 
-Jobs::Jobs(Store& store, JobFiles& files, const std::filesystem::path& data, IdentityOf identity,
+Jobs::Jobs(Store& store, Environments& environments, JobFiles& files, const std::filesystem::path& data, IdentityOf identity,
            const JobLimits& limits, std::unique_ptr<MapFiles> maps)
     : store_(store),
       files_(files),
@@ -42,7 +42,8 @@ Jobs::Jobs(Store& store, JobFiles& files, const std::filesystem::path& data, Ide
       log_(store),
       room_(data, limits.disk, store, files),
       workers_(limits.threads),
-      scenes_(store, room_, workers_, limits.scene_cache_bytes),
+      environments_(environments, room_, limits.scene_cache_bytes / 4),
+      scenes_(store, environments_, room_, workers_, limits.scene_cache_bytes),
       maps_(limits.map_cache_bytes, std::move(maps)),
       parts_{scenes_, maps_, workers_, files_, room_, passes_, std::move(identity), limits.watch_time} {
   room_.set_map_eviction([this](std::uint64_t bytes) { return maps_.free_disk(bytes); });
@@ -77,10 +78,10 @@ Result<Plan> Jobs::check(const JobSpec& spec, std::stop_token stop) {
   if (!summary) return Error{summary.error().code, summary.error().message, "/scene"};
   if (const Result<Camera> camera = choose_camera((*summary)->cameras, spec.camera); !camera)
     return camera.error();
-  if (spec.settings.method == Method::automatic) return (*summary)->plan;
+  if (spec.settings.method == Method::automatic && !spec.environment) return (*summary)->plan;
   const Execution execution = workers_.execution(stop);
-  const auto scene = scenes_.prepared(spec.scene, execution);
-  if (!scene) return Error{scene.error().code, scene.error().message, "/scene"};
+  const auto scene = scenes_.prepared(spec.scene, spec.environment, execution);
+  if (!scene) return scene.error();
   return make_plan(**scene, spec.settings, execution);
 }
 
@@ -246,6 +247,18 @@ Result<Jobs::CheckpointFile> Jobs::checkpoint(const std::string& id) const {
     if (bytes.error().code != ErrorCode::not_found) return bytes.error();  // else damaged, or replaced just now
   }
   return Error{ErrorCode::not_found, "no checkpoint of job " + id + " has been written", ""};
+}
+
+Status Jobs::remove_environment(const Digest& id) {
+  if (const auto known = environments_.find(id); !known) return known.error();
+  const std::lock_guard lock(mutex_);
+  for (const auto& [name, run] : runs_) {
+    const auto& choice = run->job()->spec.environment;
+    if (choice && choice->id == id && !is_terminal(run->job()->state())) {
+      return Error{ErrorCode::conflict, "job " + name + " needs this environment", ""};
+    }
+  }
+  return environments_.remove(id);
 }
 
 Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision, FrameFormat format) const {

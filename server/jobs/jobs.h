@@ -14,6 +14,7 @@
 
 #include "core/base/parallel.h"
 #include "server/jobs/disk_room.h"
+#include "server/jobs/environment_library.h"
 #include "server/jobs/estimate.h"
 #include "server/jobs/event_log.h"
 #include "server/jobs/job.h"
@@ -42,15 +43,16 @@ struct JobLimits {
 /// Everything that happens behind the HTTP interface, in native types. Thread-safe.
 class Jobs {
  public:
-  /// `store` and `files`, which are in the folder `data`, must outlive the object.
+  /// `store`, `environments` and `files`, which are in the folder `data`, must outlive the object.
   /// `maps` may be null: photon maps are kept in memory only.
-  Jobs(Store& store, JobFiles& files, const std::filesystem::path& data, IdentityOf identity, const JobLimits& limits,
-       std::unique_ptr<MapFiles> maps);
+  Jobs(Store& store, Environments& environments, JobFiles& files, const std::filesystem::path& data,
+       IdentityOf identity, const JobLimits& limits, std::unique_ptr<MapFiles> maps);
   ~Jobs();
 
   /// Takes up what an earlier life of the service left. To be called once, when the scenes are there.
   void recover();
 
+  EnvironmentLibrary& environments() { return environments_; }
   SceneLibrary& scenes() { return scenes_; }
   MapCache& maps() { return maps_; }
   const MapCache& maps() const { return maps_; }
@@ -89,6 +91,8 @@ class Jobs {
   Status remove(const std::string& id);
   /// Forgets a scene. Errors: not_found; conflict (a sample, or a live job needs it).
   Status remove_scene(const Digest& id);
+  /// Forgets an environment. Errors: not_found; conflict (a live job needs it).
+  Status remove_environment(const Digest& id);
   struct Prewarmed {
     Digest content;
     std::vector<MapKey> keys;  ///< the guide's first, then by pass
@@ -138,6 +142,7 @@ class Jobs {
   EventLog log_;
   DiskRoom room_;
   Workers workers_;
+  EnvironmentLibrary environments_;
   SceneLibrary scenes_;
   MapCache maps_;
   std::mutex estimating_;

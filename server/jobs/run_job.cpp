@@ -132,7 +132,7 @@ Status RunJob::prepare() {
 
 Status RunJob::make_task() {
   const JobSpec& spec = job_->spec;
-  const auto scene = parts_.scenes.prepared(spec.scene, execution_);
+  const auto scene = parts_.scenes.prepared(spec.scene, spec.environment, execution_);
   if (!scene) return scene.error();
   const Result<Camera> camera = choose_camera((*scene)->scene.cameras, spec.camera);
   if (!camera) return camera.error();

@@ -34,6 +34,16 @@ Result<Scene> parse(std::span<const std::byte> bytes, const std::string& media_t
   return read_gltf(archive->root_bytes(), archive->reader());
 }
 
+/// Names a scene in an environment.
+Digest key_of(const Digest& scene, const EnvironmentChoice& choice) {
+  Hasher hasher;
+  hasher.update_value(scene.bytes);
+  hasher.update_value(choice.id.bytes);
+  hasher.update_value(choice.rotation_deg);
+  hasher.update_value(choice.scale);
+  return hasher.finish();
+}
+
 /// Holds one of the permits for parsing; without one where the stop token came first.
 class ParsePermit {
  public:
@@ -86,7 +96,7 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
   const Blob blob = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
   const Execution execution = workers_.execution(stop);
   auto scene = prepared_.get_or_build(
-      id, [&] { return prepare_bytes(blob, media_type, execution); }, stop);
+      id, [&] { return prepare_bytes(blob, media_type, std::nullopt, execution); }, stop);
   if (!scene) return scene.error();
   auto described = summaries_.get_or_build(
       id, [&] { return summarize(scene->value, execution); }, stop);
@@ -108,25 +118,34 @@ Result<SceneLibrary::Summary> SceneLibrary::summary(const Digest& id, std::stop_
   return std::move(answer->value);
 }
 
-Result<SceneLibrary::Prepared> SceneLibrary::prepared(const Digest& id, const Execution& execution) {
+Result<SceneLibrary::Prepared> SceneLibrary::prepared(const Digest& id, const std::optional<EnvironmentChoice>& choice,
+                                                      const Execution& execution) {
   const auto record = store_.scene(id);
   if (!record) return Error{ErrorCode::not_found, "there is no scene " + to_hex(id), "/scene"};
+  std::optional<Environment> environment;
+  if (choice) {
+    Result<Environment> found = environments_.environment(*choice, execution.stop);
+    if (!found) return found.error();
+    environment = std::move(*found);
+  }
   const auto build = [&]() -> Result<Prepared> {
     const Result<Blob> bytes = store_.scene_bytes(id);
     if (!bytes) return bytes.error();
-    return prepare_bytes(*bytes, record->media_type, execution);
+    return prepare_bytes(*bytes, record->media_type, environment, execution);
   };
-  auto answer = prepared_.get_or_build(id, build, execution.stop);
-  if (!answer) return answer.error();
+  auto answer = prepared_.get_or_build(choice ? key_of(id, *choice) : id, build, execution.stop);
+  if (!answer) return Error{answer.error().code, answer.error().message, "/scene"};
   return std::move(answer->value);
 }
 
 Result<SceneLibrary::Prepared> SceneLibrary::prepare_bytes(const Blob& bytes, const std::string& media_type,
+                                                           const std::optional<Environment>& environment,
                                                            const Execution& execution) {
   const ParsePermit permit(parsing_, execution.stop);
   if (!permit.held()) return cancelled();
   Result<Scene> scene = parse(*bytes, media_type);
   if (!scene) return scene.error();
+  if (environment) set_environment(*scene, *environment);
   return prepare(std::move(*scene), execution);
 }
 

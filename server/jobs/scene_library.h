@@ -11,6 +11,7 @@
 #include "core/scene/report.h"
 #include "core/trace/prepare.h"
 #include "server/jobs/disk_room.h"
+#include "server/jobs/environment_library.h"
 #include "server/jobs/shared_cache.h"
 #include "server/store/store.h"
 
@@ -32,8 +33,9 @@ class SceneLibrary {
   using Summary = std::shared_ptr<const SceneSummary>;
 
   /// The references must outlive the library.
-  SceneLibrary(Store& store, DiskRoom& room, const Workers& workers, std::uint64_t cache_bytes)
-      : store_(store), room_(room), workers_(workers), prepared_(cache_bytes), summaries_(kSummaryBytes) {}
+  SceneLibrary(Store& store, EnvironmentLibrary& environments, DiskRoom& room, const Workers& workers,
+               std::uint64_t cache_bytes)
+      : store_(store), environments_(environments), room_(room), workers_(workers), prepared_(cache_bytes), summaries_(kSummaryBytes) {}
 
   /// Lists every *.glb of `folder`, named by its file, without parsing it. Errors: io.
   Status add_samples(const std::string& folder);
@@ -48,16 +50,22 @@ class SceneLibrary {
 
   /// Errors: not_found, or why the scene cannot be used.
   Result<Summary> summary(const Digest& id, std::stop_token stop);
-  /// The same errors, and cancelled.
-  Result<Prepared> prepared(const Digest& id, const Execution& execution);
+  /// The scene, lit from around as `environment` says. Errors: not_found and why it cannot be used, with `where`
+  /// "/scene"; those of the environment; cancelled.
+  Result<Prepared> prepared(const Digest& id, const std::optional<EnvironmentChoice>& environment,
+                            const Execution& execution);
+  /// In its own environment.
+  Result<Prepared> prepared(const Digest& id, const Execution& execution) { return prepared(id, std::nullopt, execution); }
 
  private:
   static constexpr std::uint64_t kSummaryBytes = 64 << 20;
 
-  Result<Prepared> prepare_bytes(const Blob& bytes, const std::string& media_type, const Execution& execution);
+  Result<Prepared> prepare_bytes(const Blob& bytes, const std::string& media_type,
+                                 const std::optional<Environment>& environment, const Execution& execution);
   Result<Summary> summarize(const Prepared& scene, const Execution& execution);
 
   Store& store_;
+  EnvironmentLibrary& environments_;
   DiskRoom& room_;
   const Workers& workers_;
   SharedCache<Digest, PreparedScene> prepared_;

@@ -12,7 +12,7 @@ namespace photond {
 std::string default_data_directory();
 
 /// The one folder in which a photond keeps its state, locked while the object lives:
-///   lock, photond.db (with -wal and -shm), scenes/, frames/, checkpoints/, maps/.
+///   lock, photond.db (with -wal and -shm), scenes/, environments/, frames/, checkpoints/, maps/.
 /// Backing it up means copying it while no photond runs.
 class DataDirectory {
  public:

@@ -37,8 +37,13 @@ void members(Archive& a, StopRule& v) {
 }
 
 template <class Archive>
+void members(Archive& a, EnvironmentChoice& v) {
+  a("id", v.id), a("rotation_deg", v.rotation_deg), a("scale", v.scale);
+}
+
+template <class Archive>
 void members(Archive& a, JobSpec& v) {
-  a("scene", v.scene), a("camera", v.camera), a("photons", v.photons), a("settings", v.settings);
+  a("scene", v.scene), a("environment", v.environment), a("camera", v.camera), a("photons", v.photons), a("settings", v.settings);
   a("stop", v.stop), a("priority", v.priority), a("label", v.label);
 }
 

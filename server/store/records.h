@@ -64,9 +64,17 @@ using CameraChoice = std::variant<std::uint32_t, std::string, LookAt>;
 enum class FrameFormat : std::uint8_t { png, jpg, exr };  // stored by number
 inline constexpr int kFrameFormats = 3;
 
+/// An environment map to light a scene with.
+struct EnvironmentChoice {
+  Digest id;
+  float rotation_deg = 0;
+  float scale = 1;
+};
+
 /// What a client asks for.
 struct JobSpec {
   Digest scene;
+  std::optional<EnvironmentChoice> environment;  ///< nothing: what the scene's file says
   CameraChoice camera = 0u;
   PhotonSettings photons;
   RenderSettings settings;

@@ -69,6 +69,18 @@ INSERT INTO counters VALUES
   ('job_sequence', 0),            -- the last one given
   ('events_reserved', 0);         -- ids up to here may have been given
 )"},
+    Migration{R"(
+CREATE TABLE environments (
+  id BLOB PRIMARY KEY,            -- SHA-256 of the file, which is the blob of that name
+  arrival INTEGER NOT NULL,       -- ascending
+  media_type TEXT NOT NULL,
+  bytes INTEGER NOT NULL,
+  width INTEGER NOT NULL,
+  height INTEGER NOT NULL,
+  warnings TEXT NOT NULL,         -- one a line
+  created_ms INTEGER NOT NULL
+) WITHOUT ROWID;
+)"},
 };
 
 }  // namespace

@@ -1,0 +1,44 @@
+#include "server/api/api.h"
+#include "server/api/json.h"
+#include "server/api/problem.h"
+
+namespace photond {
+
+namespace {
+
+Json environment_message(const EnvironmentRecord& environment) {
+  return {{"id", to_hex(environment.id)},
+          {"media_type", environment.media_type},
+          {"bytes", environment.bytes},
+          {"width", environment.width},
+          {"height", environment.height},
+          {"warnings", environment.warnings},
+          {"created_at", time_text(environment.created)}};
+}
+
+}  // namespace
+
+Response Api::post_environment(const Request& request) {
+  const auto added = jobs_.environments().add(request.body, request.stop);
+  if (!added) return problem(added.error());
+  return json_response(environment_message(added->environment), added->fresh ? 201 : 200);
+}
+
+Response Api::list_environments(const Request&) const {
+  const auto environments = jobs_.environments().list();
+  if (!environments) return problem(environments.error());
+  Json list = Json::array();
+  for (const EnvironmentRecord& environment : *environments) list.push_back(environment_message(environment));
+  return json_response({{"environments", std::move(list)}});
+}
+
+Response Api::delete_environment(const Request& request) {
+  const auto id = digest_from_hex(request.captures[0]);
+  if (!id) return problem(404, "not_found", "there is no environment of this id");
+  if (const Status removed = jobs_.remove_environment(*id); !removed) return problem(removed.error());
+  Response response;
+  response.status = 204;
+  return response;
+}
+
+}  // namespace photond

@@ -1,0 +1,68 @@
+#include "server/jobs/environment_library.h"
+
+#include <chrono>
+#include <string_view>
+#include <utility>
+
+namespace photond {
+
+namespace {
+
+std::string media_type_of(const std::vector<std::byte>& bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return text.starts_with("#?") ? "image/vnd.radiance" : "image/x-exr";
+}
+
+}  // namespace
+
+Result<EnvironmentLibrary::Added> EnvironmentLibrary::add(std::vector<std::byte> bytes, std::stop_token stop) {
+  const Digest id = sha256(bytes);
+  const auto known = store_.find(id);
+  if (!known) return known.error();
+  if (*known) return Added{**known, false};
+  const auto decoded = decoded_.get_or_build(id, [&] { return decode(bytes, stop); }, stop);
+  if (!decoded) return decoded.error();
+  const EnvironmentMap& map = *decoded->value->map;
+  EnvironmentRecord record{id,           media_type_of(bytes), bytes.size(), map.width(), map.height(),
+                           map.warnings, std::chrono::system_clock::now()};
+  if (const Status room = room_.make_room(bytes.size()); !room) return room.error();
+  if (const Status put = store_.put(record, bytes); !put) return put.error();
+  return Added{std::move(record), true};
+}
+
+Result<EnvironmentRecord> EnvironmentLibrary::find(const Digest& id) const {
+  auto found = store_.find(id);
+  if (!found) return found.error();
+  if (!*found) return Error{ErrorCode::not_found, "there is no environment of this id", ""};
+  return std::move(**found);
+}
+
+Result<Environment> EnvironmentLibrary::environment(const EnvironmentChoice& choice, std::stop_token stop) {
+  const auto record = find(choice.id);
+  if (!record) return Error{record.error().code, record.error().message, "/environment/id"};
+  const auto build = [&]() -> Result<std::shared_ptr<const Decoded>> {
+    const Result<Blob> bytes = store_.bytes(choice.id);
+    if (!bytes) return Error{bytes.error().code, bytes.error().message, "/environment/id"};
+    return decode(**bytes, stop);
+  };
+  const auto decoded = decoded_.get_or_build(choice.id, build, stop);
+  if (!decoded) return decoded.error();
+  return Environment{.radiance = Rgb(choice.scale),
+                     .map = decoded->value->map,
+                     .rotation = glm::radians(choice.rotation_deg)};
+}
+
+Result<std::shared_ptr<const EnvironmentLibrary::Decoded>> EnvironmentLibrary::decode(
+    const std::vector<std::byte>& bytes, const std::stop_token& stop) {
+  using namespace std::chrono_literals;
+  std::unique_lock turn(decoding_, std::defer_lock);
+  while (!turn.try_lock_for(50ms)) {
+    if (stop.stop_requested()) return cancelled();
+  }
+  auto map = read_environment(bytes);
+  if (!map) return map.error();
+  const std::uint64_t size = sizeof(Decoded) + (*map)->memory_bytes();
+  return std::make_shared<const Decoded>(Decoded{std::move(*map), size});
+}
+
+}  // namespace photond
