@@ -79,7 +79,7 @@ TEST_F(EnvironmentsTest, WarnsOfNegativeValuesAndRefusesWhatIsWrong) {
   const std::string file = exr(image);
   EXPECT_NE(add(file, 422)["detail"].get<std::string>().find("pixel (0, 0)"), std::string::npos);
   add(file.substr(0, file.size() / 2), 422);
-  EXPECT_EQ(request(port_, "POST", "/v1/environments", "GIF89a", "image/x-exr").status, 415);
+  EXPECT_EQ(request(port_, "POST", "/v1/environments", "GIF89a", "image/x-exr").status, 422);
   EXPECT_EQ(request(port_, "POST", "/v1/environments", file, "image/png").status, 415);
   EXPECT_EQ(list().size(), 1u);
 }
@@ -101,7 +101,7 @@ TEST_F(EnvironmentsTest, AJobMustNameOneThatIsThere) {
     return post_json(port_, "/v1/jobs", R"({"scene":")" + scene + R"(","environment":)" + environment + "}");
   };
   const Reply unknown = post(R"({"id":")" + std::string(64, '0') + R"("})");
-  EXPECT_EQ(unknown.status, 404) << unknown.body;
+  EXPECT_EQ(unknown.status, 422) << unknown.body;
   EXPECT_EQ(json::parse(unknown.body)["pointer"], "/environment/id");
   EXPECT_EQ(post(R"({"id":")" + sky + R"(","scale":-1})").status, 422);
   EXPECT_EQ(post(R"({"id":")" + sky + R"(","rotation_deg":400})").status, 422);
