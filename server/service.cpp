@@ -11,6 +11,7 @@
 #include "server/http/routes.h"
 #include "server/http/server.h"
 #include "server/jobs/jobs.h"
+#include "server/store/answers.h"
 #include "server/store/data_directory.h"
 #include "server/store/database.h"
 #include "server/store/environments.h"
@@ -121,7 +122,8 @@ struct Service::State {
         stored(std::move(s)),
         jobs(*stored.store, *stored.environments, *stored.files, stored.directory.path(), identity_text, job_limits(o),
              std::move(stored.maps)),
-        api(*stored.store, jobs, counts, contract, keys, api_limits(o)) {}
+        answers(*stored.database),
+        api(*stored.store, jobs, answers, counts, contract, keys, api_limits(o)) {}
 
   const ServiceOptions options;
   const Contract contract;
@@ -129,6 +131,7 @@ struct Service::State {
   Stored stored;
   RequestCounts counts;
   Jobs jobs;
+  const Answers answers;
   Api api;
   std::unique_ptr<HttpServer> http;
 };

@@ -7,7 +7,9 @@
 #include "server/api/authorize.h"
 #include "server/api/message.h"
 #include "server/api/request_counts.h"
+#include "server/api/underway.h"
 #include "server/jobs/jobs.h"
+#include "server/store/answers.h"
 #include "server/store/store.h"
 
 namespace photond {
@@ -28,9 +30,15 @@ struct ApiLimits {
 class Api {
  public:
   /// All references must outlive the object.
-  Api(Store& store, Jobs& jobs, const RequestCounts& counts, const Contract& contract, const Keyring& keys,
-      const ApiLimits& limits)
-      : store_(store), jobs_(jobs), counts_(counts), contract_(contract), keys_(keys), limits_(limits) {}
+  Api(Store& store, Jobs& jobs, const Answers& answers, const RequestCounts& counts, const Contract& contract,
+      const Keyring& keys, const ApiLimits& limits)
+      : store_(store),
+        jobs_(jobs),
+        answers_(answers),
+        counts_(counts),
+        contract_(contract),
+        keys_(keys),
+        limits_(limits) {}
 
   const Contract& contract() const { return contract_; }
   const Keyring& keys() const { return keys_; }
@@ -87,6 +95,8 @@ class Api {
   Response all_events(const Request& request) const;
 
  private:
+  /// Submits a job, unless a request of this idempotency key was answered before or is being answered.
+  Response submit_once(const Request& request, const JobSpec& spec, const std::string& key);
   /// 412 where If-Match names another version of the job than there is.
   std::optional<Response> changed_job(const Request& request) const;
   Response latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const;
@@ -95,11 +105,13 @@ class Api {
 
   Store& store_;
   Jobs& jobs_;
+  const Answers& answers_;
   const RequestCounts& counts_;
   const Contract& contract_;
   const Keyring& keys_;
   const ApiLimits limits_;
   OpenStreams streams_;
+  Underway underway_;
 };
 
 }  // namespace photond

@@ -21,6 +21,24 @@ Response job_response(const JobRecord& job, int status = 200) {
   return response;
 }
 
+Response accepted(const std::string& id, Response response) {
+  response.headers.emplace_back("Location", "/v1/jobs/" + id);
+  return response;
+}
+
+Response submitted(const Result<JobRecord>& job) {
+  return job ? accepted(job->id, job_response(*job, 202)) : problem(job.error());
+}
+
+Response replayed(const StoredAnswer& answer) {
+  Response response;
+  response.status = answer.status;
+  response.content_type = "application/json";
+  response.headers = {{"Cache-Control", "no-store"}, {"ETag", answer.etag}, {"Idempotency-Replayed", "true"}};
+  response.body = answer.body;
+  return accepted(answer.job, std::move(response));
+}
+
 /// Calls `look` after every change of any job until it returns true, the time is up or the server stops.
 template <class Look>
 bool wait_until(const EventLog& log, std::chrono::milliseconds wait, const std::stop_token& stop,
@@ -113,11 +131,30 @@ Response Api::post_job(const Request& request) {
                             {"seconds", estimate->seconds},
                             {"memory_bytes", estimate->memory_bytes}}}});
   }
-  const Result<JobRecord> job = jobs_.submit(*spec, request.stop);
-  if (!job) return problem(job.error());
-  Response response = job_response(*job, 202);
-  response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
-  return response;
+  const auto key = text_parameter(request, "Idempotency-Key");
+  return key ? submit_once(request, *spec, *key) : submitted(jobs_.submit(*spec, request.stop));
+}
+
+Response Api::submit_once(const Request& request, const JobSpec& spec, const std::string& key) {
+  const std::string& owner = request.caller.key;
+  const std::shared_ptr<void> turn = underway_.take(owner, key);
+  if (!turn) {
+    Response busy = problem(409, "idempotency_key_busy", "a request of this Idempotency-Key is being answered");
+    busy.headers.emplace_back("Retry-After", "1");
+    return busy;
+  }
+  const Digest body = sha256(request.body);
+  const WallTime now = std::chrono::system_clock::now();
+  const Result<std::optional<StoredAnswer>> before = answers_.find(owner, key, now);
+  if (!before) return problem(before.error());
+  if (*before) {
+    if ((*before)->request == body) return replayed(**before);
+    return problem(422, "idempotency_key_reused", "this Idempotency-Key came with another body before",
+                   "Idempotency-Key");
+  }
+  return submitted(jobs_.submit(spec, request.stop, [&](Transaction& transaction, const JobRecord& job) {
+    return Answers::put(transaction, owner, key, {body, job.id, job_etag(job), 202, to_text(job_message(job))}, now);
+  }));
 }
 
 Response Api::list_jobs(const Request& request) const {

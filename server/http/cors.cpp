@@ -38,7 +38,7 @@ void Cors::mark(const Head& head, Response& response) const {
   if (!allows(head)) return;
   response.headers.emplace_back("Access-Control-Allow-Origin", head.field("origin"));  // one of ours, so it is clean
   response.headers.emplace_back("Access-Control-Expose-Headers",
-                                "Content-Location, ETag, Location, Photond-Revision, Retry-After, X-Request-Id");
+                                "Content-Location, ETag, Idempotency-Replayed, Location, Photond-Revision, Retry-After, X-Request-Id");
 }
 
 }  // namespace photond

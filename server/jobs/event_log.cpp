@@ -9,7 +9,9 @@
 
 namespace photond {
 
-Status EventLog::add(JobRecord& job, Event event) { return note(job, store_.add_job(job, std::move(event))); }
+Status EventLog::add(JobRecord& job, Event event, const Database::Body& also) {
+  return note(job, store_.add_job(job, std::move(event), also));
+}
 
 Status EventLog::update(const JobRecord& job, Event event) {
   return note(job, store_.update_job(job, std::move(event)));

@@ -20,7 +20,8 @@ class EventLog {
  public:
   explicit EventLog(Store& store) : store_(store), newest_(store.newest_event()) {}
 
-  Status add(JobRecord& job, Event event);
+  /// `also` runs in the transaction that adds the job.
+  Status add(JobRecord& job, Event event, const Database::Body& also = {});
   Status update(const JobRecord& job, Event event);
 
   /// Somebody looks at all jobs: see Job::look.

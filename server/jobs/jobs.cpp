@@ -96,7 +96,7 @@ Result<JobEstimate> Jobs::estimate(const JobSpec& spec, std::stop_token stop) {
   return estimate_job(*scene, *camera, spec, limits_.map_cache_bytes / 4, execution);
 }
 
-Result<JobRecord> Jobs::submit(const JobSpec& spec, std::stop_token stop) {
+Result<JobRecord> Jobs::submit(const JobSpec& spec, std::stop_token stop, const Also& also) {
   if (stopping_) return shutting_down();
   if (const Result<Plan> plan = check(spec, stop); !plan) return plan.error();
   const std::lock_guard lock(mutex_);
@@ -110,7 +110,10 @@ Result<JobRecord> Jobs::submit(const JobSpec& spec, std::stop_token stop) {
   created.job = record.id;
   created.time = record.created;
   created.version = record.version;
-  if (const Status added = log_.add(record, created); !added) return added.error();
+  const Database::Body with_it = [&](Transaction& transaction) -> Status {
+    return also ? also(transaction, record) : Status(Done{});
+  };
+  if (const Status added = log_.add(record, created, with_it); !added) return added.error();
   put_to_work(runs_.emplace(record.id, make_run(record)).first->second);
   return record;
 }

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -71,9 +72,11 @@ class Jobs {
   /// Checks, and renders a few passes of a small picture to tell what the job would cost; one at a time, beside the
   /// jobs that run, which make it look slower. Errors: as check.
   Result<JobEstimate> estimate(const JobSpec& spec, std::stop_token stop);
+  /// What shall be stored together with a new job, or not at all.
+  using Also = std::function<Status(Transaction&, const JobRecord&)>;
   /// Checks and queues. Errors: as check; limit_exceeded with `where` "queue" while too many jobs are alive;
-  /// cancelled while shutting down.
-  Result<JobRecord> submit(const JobSpec& spec, std::stop_token stop);
+  /// cancelled while shutting down; those of `also`.
+  Result<JobRecord> submit(const JobSpec& spec, std::stop_token stop, const Also& also = {});
   /// Asks a job to end; what computes stops within a second. Errors: not_found, conflict (it has ended).
   Result<JobRecord> cancel(const std::string& id);
   /// Puts a job aside until it is resumed; what computes stops within a second and its passes are kept. Again: no

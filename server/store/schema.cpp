@@ -81,6 +81,20 @@ CREATE TABLE environments (
   created_ms INTEGER NOT NULL
 ) WITHOUT ROWID;
 )"},
+    Migration{R"(
+CREATE TABLE answers (            -- to requests with an idempotency key
+  owner TEXT NOT NULL,            -- API key id, or empty
+  key TEXT NOT NULL,
+  request BLOB NOT NULL,          -- SHA-256 of its body
+  job TEXT NOT NULL,              -- which may be gone
+  etag TEXT NOT NULL,
+  status INTEGER NOT NULL,
+  body TEXT NOT NULL,
+  created_ms INTEGER NOT NULL,
+  PRIMARY KEY (owner, key)
+) WITHOUT ROWID;
+CREATE INDEX answers_by_age ON answers (created_ms);
+)"},
 };
 
 }  // namespace

@@ -4,7 +4,7 @@ import * as scenarios from './scenarios.mjs';
 import { Figures } from './figures.mjs';
 import { Server } from './server.mjs';
 
-const names = ['slow_loris', 'viewers', 'frames', 'cancel', 'flood', 'soak'];
+const names = ['slow_loris', 'viewers', 'frames', 'cancel', 'once', 'flood', 'soak'];
 
 function parse(args) {
   const options = { only: [], seconds: 15, soak_seconds: 180, flood_count: 10_000 };

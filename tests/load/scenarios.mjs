@@ -117,6 +117,16 @@ export async function cancel({ start, figures }) {
   await server.stop();
 }
 
+export async function once({ start, figures }) {
+  const server = await start();
+  const post = () => submit(server.port, busy_job, { 'Idempotency-Key': 'once' });
+  const replies = await Promise.all(Array.from({ length: 64 }, post));
+  const polite = replies.filter((reply) => reply.status === 202 || (reply.status === 409 && reply.headers['retry-after']));
+  figures.exactly('of 64 identical idempotent posts accepted, or told to ask again', polite.length, 64);
+  figures.exactly('jobs made by them', json(await call(server.port, 'GET', '/v1/jobs')).jobs.length, 1);
+  await server.stop();
+}
+
 /** `count` posts at `rate` a second, whatever becomes of them; resolves to the replies. */
 async function flood_of(port, count, rate, post) {
   const begin = performance.now();

@@ -48,7 +48,8 @@ void expect_headers(const Answer& answer, const Reply& reply, const std::string&
     std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
     announced.insert(lower);
   }
-  for (const char* name : {"etag", "location", "content-location", "retry-after", "photond-revision", "www-authenticate"}) {
+  for (const char* name : {"etag", "location", "content-location", "retry-after", "photond-revision", "www-authenticate",
+                           "idempotency-replayed"}) {
     EXPECT_TRUE(!reply.headers.contains(name) || announced.contains(name)) << what << " has " << name;
   }
 }
