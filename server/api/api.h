@@ -97,8 +97,8 @@ class Api {
  private:
   /// Submits a job, unless a request of this idempotency key was answered before or is being answered.
   Response submit_once(const Request& request, const JobSpec& spec, const std::string& key);
-  /// 412 where If-Match names another version of the job than there is.
-  std::optional<Response> changed_job(const Request& request) const;
+  /// 403 where the job is another's; 412 where If-Match names another version of it than there is.
+  std::optional<Response> refused_change(const Request& request) const;
   Response latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const;
   Response set_pinned(const Request& request, bool pinned);
   Response frame_response(const std::string& id, std::uint32_t revision, FrameFormat format) const;

@@ -132,7 +132,7 @@ Response Api::post_job(const Request& request) {
                             {"memory_bytes", estimate->memory_bytes}}}});
   }
   const auto key = text_parameter(request, "Idempotency-Key");
-  return key ? submit_once(request, *spec, *key) : submitted(jobs_.submit(*spec, request.stop));
+  return key ? submit_once(request, *spec, *key) : submitted(jobs_.submit(*spec, request.caller.owner(), request.stop));
 }
 
 Response Api::submit_once(const Request& request, const JobSpec& spec, const std::string& key) {
@@ -152,9 +152,10 @@ Response Api::submit_once(const Request& request, const JobSpec& spec, const std
     return problem(422, "idempotency_key_reused", "this Idempotency-Key came with another body before",
                    "Idempotency-Key");
   }
-  return submitted(jobs_.submit(spec, request.stop, [&](Transaction& transaction, const JobRecord& job) {
+  const auto keep = [&](Transaction& transaction, const JobRecord& job) {
     return Answers::put(transaction, owner, key, {body, job.id, job_etag(job), 202, to_text(job_message(job))}, now);
-  }));
+  };
+  return submitted(jobs_.submit(spec, request.caller.owner(), request.stop, keep));
 }
 
 Response Api::list_jobs(const Request& request) const {
@@ -190,42 +191,44 @@ Response Api::get_job(const Request& request) const {
 }
 
 Response Api::cancel_job(const Request& request) {
-  if (auto changed = changed_job(request)) return std::move(*changed);
+  if (auto refused = refused_change(request)) return std::move(*refused);
   const Result<JobRecord> job = jobs_.cancel(request.captures[0]);
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
 Response Api::pause_job(const Request& request) {
-  if (auto changed = changed_job(request)) return std::move(*changed);
+  if (auto refused = refused_change(request)) return std::move(*refused);
   const Result<JobRecord> job = jobs_.pause(request.captures[0]);
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
 Response Api::resume_job(const Request& request) {
-  if (auto changed = changed_job(request)) return std::move(*changed);
+  if (auto refused = refused_change(request)) return std::move(*refused);
   const Result<JobRecord> job = jobs_.resume(request.captures[0]);
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
 Response Api::extend_job(const Request& request) {
-  if (auto changed = changed_job(request)) return std::move(*changed);
-  const Result<JobRecord> job = jobs_.extend(request.captures[0], parse_stop(*request.json));
+  if (auto refused = refused_change(request)) return std::move(*refused);
+  const Result<JobRecord> job = jobs_.extend(request.captures[0], parse_stop(*request.json), request.caller.owner());
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
 Response Api::retry_job(const Request& request) {
-  if (auto changed = changed_job(request)) return std::move(*changed);
-  const Result<JobRecord> job = jobs_.retry(request.captures[0]);
+  if (auto refused = refused_change(request)) return std::move(*refused);
+  const Result<JobRecord> job = jobs_.retry(request.captures[0], request.caller.owner());
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
-std::optional<Response> Api::changed_job(const Request& request) const {
+std::optional<Response> Api::refused_change(const Request& request) const {
   const auto job = store_.job(request.captures[0]);
-  return job ? failed_match(request, job_etag(*job)) : std::nullopt;
+  if (!job) return std::nullopt;  // for the jobs to tell
+  if (auto refused = failed_ownership(request, job->owner)) return refused;
+  return failed_match(request, job_etag(*job));
 }
 
 Response Api::delete_job(const Request& request) {
-  if (auto changed = changed_job(request)) return std::move(*changed);
+  if (auto refused = refused_change(request)) return std::move(*refused);
   if (const Status removed = jobs_.remove(request.captures[0]); !removed) return problem(removed.error());
   Response response;
   response.status = 204;

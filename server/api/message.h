@@ -21,6 +21,10 @@ struct Caller {
   std::string key;  ///< its id
   Scope scope = Scope::admin;
   KeyLimits limits;
+
+  Owner owner() const { return {key, limits}; }
+  /// Whether what `owner` (id of a key) has made is the caller's to change.
+  bool may_change(const std::string& owner) const { return scope == Scope::admin || key == owner; }
 };
 
 /// A request as the handlers see it. Header values come from outside and are never echoed.

@@ -128,6 +128,11 @@ Response problem(int status, const std::string& code, const std::vector<Violatio
   return response;
 }
 
+std::optional<Response> failed_ownership(const Request& request, const std::string& owner) {
+  if (request.caller.may_change(owner)) return std::nullopt;
+  return problem(403, "not_yours", "this came with another key; only that one, or one of scope admin, may change it");
+}
+
 std::optional<Response> failed_match(const Request& request, const std::string& etag) {
   const std::string wanted = request.header("if-match");
   if (wanted.empty() || names_etag(wanted, etag, false)) return std::nullopt;

@@ -37,7 +37,7 @@ std::optional<SceneRecord> find_scene(const Store& store, const Request& request
 
 Response Api::post_scene(const Request& request) {
   const Result<SceneLibrary::Added> added =
-      jobs_.scenes().add(request.body, request.content_type, request.stop);
+      jobs_.scenes().add(request.body, request.content_type, request.caller.owner(), request.stop);
   if (!added) return problem(added.error());
   const auto summary = jobs_.scenes().summary(added->scene.id, request.stop);
   if (!summary) return problem(summary.error());
@@ -94,6 +94,7 @@ Response Api::get_scene_file(const Request& request) const {
 Response Api::delete_scene(const Request& request) {
   const auto scene = find_scene(store_, request);
   if (!scene) return no_scene();
+  if (auto refused = failed_ownership(request, scene->owner)) return std::move(*refused);
   if (const Status removed = jobs_.remove_scene(scene->id); !removed) return problem(removed.error());
   Response response;
   response.status = 204;

@@ -211,13 +211,13 @@ CLI::App* add_key(CLI::App& app, KeyCommand& command) {
     return one;
   };
   CLI::App* const create = add_action("create", "Print a new key; it is shown this once", KeyCommand::Action::create);
-  create->add_option("--scope", command.scope, "read: look; submit: and render; admin: and delete what is others'")
+  create->add_option("--scope", command.scope, "read: look; submit: and upload, render, and change what came with it; admin: and change everything")
       ->required()
       ->check(CLI::IsMember({"read", "submit", "admin"}).description(""));
   create->add_option("--label", command.label, "What the list shows beside it");
-  create->add_option("--max-jobs", command.limits.jobs, "Jobs waiting and running at once");
+  create->add_option("--max-jobs", command.limits.jobs, "Its jobs that have not ended");
   create->add_option_function<std::uint64_t>(
-            "--max-mb", [&command](const std::uint64_t& mb) { command.limits.bytes = mb << 20; }, "Uploaded scenes")
+            "--max-mb", [&command](const std::uint64_t& mb) { command.limits.bytes = mb << 20; }, "Its uploaded scenes, in MB")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 24).description(""));
   create->add_option("--max-streams", command.limits.streams, "Event streams and long polls at once");
   add_action("list", "List the keys", KeyCommand::Action::list);

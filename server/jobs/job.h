@@ -29,11 +29,12 @@ class Job {
   using Edit = std::function<void(JobRecord&)>;
 
   /// `record` is stored already.
-  Job(JobRecord record, EventLog& log) : spec(record.spec), id(record.id), log_(log), record_(std::move(record)) {}
+  Job(JobRecord record, EventLog& log) : spec(record.spec), id(record.id), owner(record.owner), log_(log), record_(std::move(record)) {}
 
   /// As submitted; the stop rule may have been replaced since, see `stop_rule`.
   const JobSpec spec;
   const std::string id;
+  const std::string owner;
 
   JobRecord record() const;
   JobState state() const;

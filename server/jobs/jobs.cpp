@@ -96,14 +96,15 @@ Result<JobEstimate> Jobs::estimate(const JobSpec& spec, std::stop_token stop) {
   return estimate_job(*scene, *camera, spec, limits_.map_cache_bytes / 4, execution);
 }
 
-Result<JobRecord> Jobs::submit(const JobSpec& spec, std::stop_token stop, const Also& also) {
+Result<JobRecord> Jobs::submit(const JobSpec& spec, const Owner& owner, std::stop_token stop, const Also& also) {
   if (stopping_) return shutting_down();
   if (const Result<Plan> plan = check(spec, stop); !plan) return plan.error();
   const std::lock_guard lock(mutex_);
-  if (const Status room = check_room(); !room) return room.error();
+  if (const Status room = check_room(owner); !room) return room.error();
   if (const Status forgotten = forget_oldest(); !forgotten) return forgotten.error();
   JobRecord record;
   record.id = new_id();
+  record.owner = owner.key;
   record.spec = spec;
   record.created = std::chrono::system_clock::now();
   Event created;
@@ -147,9 +148,9 @@ Result<JobRecord> Jobs::pause(const std::string& id) {
   return job.record();
 }
 
-Result<JobRecord> Jobs::resume(const std::string& id) { return start_again(id, JobState::paused, {}); }
+Result<JobRecord> Jobs::resume(const std::string& id) { return start_again(id, JobState::paused, {}, {}); }
 
-Result<JobRecord> Jobs::extend(const std::string& id, const StopRule& stop) {
+Result<JobRecord> Jobs::extend(const std::string& id, const StopRule& stop, const Owner& by) {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
   const JobSpec& spec = run->job()->spec;
@@ -158,18 +159,18 @@ Result<JobRecord> Jobs::extend(const std::string& id, const StopRule& stop) {
   if (!succeeded && !same(run->job()->stop_rule(), stop)) {
     return Error{ErrorCode::conflict, "only a succeeded job can be extended", ""};
   }
-  return start_again(id, JobState::succeeded, [&](JobRecord& record) { record.spec.stop = stop; });
+  return start_again(id, JobState::succeeded, by, [&](JobRecord& record) { record.spec.stop = stop; });
 }
 
-Result<JobRecord> Jobs::retry(const std::string& id) {
-  return start_again(id, JobState::failed, [](JobRecord& record) {
+Result<JobRecord> Jobs::retry(const std::string& id, const Owner& by) {
+  return start_again(id, JobState::failed, by, [](JobRecord& record) {
     record.failure.reset();
     record.crashes = 0;
   });
 }
 
 /// Moves a job that rests in `from` back to the queue. One that is on its way is left as it is.
-Result<JobRecord> Jobs::start_again(const std::string& id, JobState from, const Job::Edit& edit) {
+Result<JobRecord> Jobs::start_again(const std::string& id, JobState from, const Owner& by, const Job::Edit& edit) {
   const std::lock_guard lock(mutex_);
   const auto found = runs_.find(id);
   if (found == runs_.end()) return no_job(id);
@@ -180,7 +181,8 @@ Result<JobRecord> Jobs::start_again(const std::string& id, JobState from, const 
     return Error{ErrorCode::conflict,
                  std::string("the job is ") + state_name(state) + ", not " + state_name(from), ""};
   }
-  if (const Status room = check_room(); !room && from != JobState::paused) return room.error();
+  const bool own = run->job()->owner == by.key;  // else it does not count as theirs
+  if (const Status room = check_room(own ? by : Owner{}); !room && from != JobState::paused) return room.error();
   if (const Status moved = run->job()->move(JobState::queued, edit); !moved) return moved.error();
   put_to_work(run);
   return run->job()->record();
@@ -286,14 +288,22 @@ void Jobs::put_to_work(const std::shared_ptr<RunJob>& run) {
   if (run->claim()) scheduler_.submit(run, run->job()->spec.priority);
 }
 
-/// Whether one more job may be on its way.
-Status Jobs::check_room() const {
+/// Whether one more job, of this owner, may be on its way.
+Status Jobs::check_room(const Owner& owner) const {
   if (stopping_) return shutting_down();
   if (room_.full()) return disk_full("the disk is full; try again when there is room");
-  const auto live = std::count_if(runs_.begin(), runs_.end(),
-                                  [](const auto& run) { return !is_terminal(run.second->job()->state()); });
-  if (live < limits_.max_live_jobs) return Done{};
-  return Error{ErrorCode::limit_exceeded, "too many jobs are waiting; try again later", "queue"};
+  int live = 0;
+  std::uint64_t own = 0;
+  for (const auto& [id, run] : runs_) {
+    if (is_terminal(run->job()->state())) continue;
+    ++live;
+    own += run->job()->owner == owner.key ? 1 : 0;
+  }
+  if (live >= limits_.max_live_jobs)
+    return Error{ErrorCode::limit_exceeded, "too many jobs are waiting; try again later", "queue"};
+  if (owner.limits.jobs && own >= *owner.limits.jobs)
+    return Error{ErrorCode::limit_exceeded, "too many jobs of this key have not ended; try again later", "queue"};
+  return Done{};
 }
 
 /// The files go first: a job whose files are missing is whole, a file whose job is missing is litter.

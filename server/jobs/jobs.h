@@ -25,6 +25,7 @@
 #include "server/jobs/scene_library.h"
 #include "server/jobs/scheduler.h"
 #include "server/store/job_files.h"
+#include "server/store/keys.h"
 #include "server/store/store.h"
 
 namespace photond {
@@ -74,9 +75,9 @@ class Jobs {
   Result<JobEstimate> estimate(const JobSpec& spec, std::stop_token stop);
   /// What shall be stored together with a new job, or not at all.
   using Also = std::function<Status(Transaction&, const JobRecord&)>;
-  /// Checks and queues. Errors: as check; limit_exceeded with `where` "queue" while too many jobs are alive;
-  /// cancelled while shutting down; those of `also`.
-  Result<JobRecord> submit(const JobSpec& spec, std::stop_token stop, const Also& also = {});
+  /// Checks and queues. Errors: as check; limit_exceeded with `where` "queue" while too many jobs are alive, or too
+  /// many of the owner's; cancelled while shutting down; those of `also`.
+  Result<JobRecord> submit(const JobSpec& spec, const Owner& owner, std::stop_token stop, const Also& also = {});
   /// Asks a job to end; what computes stops within a second. Errors: not_found, conflict (it has ended).
   Result<JobRecord> cancel(const std::string& id);
   /// Puts a job aside until it is resumed; what computes stops within a second and its passes are kept. Again: no
@@ -86,10 +87,10 @@ class Jobs {
   Result<JobRecord> resume(const std::string& id);
   /// Lets a succeeded job go on to a later stop. One that is on its way to that stop: no error. Errors: not_found,
   /// conflict, invalid_input ("/stop/…"), limit_exceeded as submit.
-  Result<JobRecord> extend(const std::string& id, const StopRule& stop);
+  Result<JobRecord> extend(const std::string& id, const StopRule& stop, const Owner& by);
   /// Lets a failed job begin again, from its last checkpoint. One that is on its way: no error. Errors: not_found,
   /// conflict, limit_exceeded as submit.
-  Result<JobRecord> retry(const std::string& id);
+  Result<JobRecord> retry(const std::string& id, const Owner& by);
   /// Forgets an ended job. Errors: not_found, conflict.
   Status remove(const std::string& id);
   /// Forgets a scene. Errors: not_found; conflict (a sample, or a live job needs it).
@@ -130,8 +131,8 @@ class Jobs {
 
   std::shared_ptr<RunJob> find(const std::string& id) const;
   std::shared_ptr<RunJob> make_run(JobRecord record);
-  Status check_room() const;
-  Result<JobRecord> start_again(const std::string& id, JobState from, const Job::Edit& edit);
+  Status check_room(const Owner& owner) const;
+  Result<JobRecord> start_again(const std::string& id, JobState from, const Owner& by, const Job::Edit& edit);
   void put_to_work(const std::shared_ptr<RunJob>& run);
   Status forget(const std::string& id);
   Status forget_oldest();

@@ -89,7 +89,7 @@ Status SceneLibrary::add_samples(const std::string& folder) {
 }
 
 Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, const std::string& media_type,
-                                              std::stop_token stop) {
+                                              const Owner& owner, std::stop_token stop) {
   const Digest id = sha256(bytes);
   if (const auto known = store_.scene(id)) return Added{*known, false};
   if (const Status room = room_.make_room(bytes.size()); !room) return room.error();
@@ -101,8 +101,8 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
   auto described = summaries_.get_or_build(
       id, [&] { return summarize(scene->value, execution); }, stop);
   if (!described) return described.error();
-  SceneRecord record{id, "", media_type, blob->size(), false, std::chrono::system_clock::now()};
-  if (const Status put = store_.put_scene(record, *blob); !put) return put.error();
+  SceneRecord record{id, "", media_type, blob->size(), false, std::chrono::system_clock::now(), owner.key};
+  if (const Status put = store_.put_scene(record, *blob, owner.limits.bytes); !put) return put.error();
   return Added{record, true};
 }
 

@@ -13,6 +13,7 @@
 #include "server/jobs/disk_room.h"
 #include "server/jobs/environment_library.h"
 #include "server/jobs/shared_cache.h"
+#include "server/store/keys.h"
 #include "server/store/store.h"
 
 namespace photond {
@@ -45,8 +46,9 @@ class SceneLibrary {
     bool fresh = false;  ///< not known before
   };
   /// Parses, prepares and stores an upload; nothing is stored where that fails. Errors: those of read_gltf and
-  /// read_archive, limit_exceeded at "disk", unsupported for other media types, cancelled.
-  Result<Added> add(std::vector<std::byte> bytes, const std::string& media_type, std::stop_token stop);
+  /// read_archive, limit_exceeded at "disk" (also of what the owner may have), unsupported for other media types, cancelled.
+  Result<Added> add(std::vector<std::byte> bytes, const std::string& media_type, const Owner& owner,
+                    std::stop_token stop);
 
   /// Errors: not_found, or why the scene cannot be used.
   Result<Summary> summary(const Digest& id, std::stop_token stop);

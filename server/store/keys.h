@@ -17,7 +17,7 @@ namespace photond {
 /// What a key may do; each includes what stands before it.
 enum class Scope : std::uint8_t {
   read,    ///< look at everything
-  submit,  ///< upload scenes, submit jobs, change and delete one's own
+  submit,  ///< upload scenes, submit jobs, change and delete one's own of both
   admin    ///< change and delete everything
 };
 const char* scope_name(Scope scope);  ///< "read", "submit", "admin"
@@ -25,9 +25,15 @@ std::optional<Scope> scope_from_name(const std::string& name);
 
 /// What one key may take at once; nothing: what the service allows altogether.
 struct KeyLimits {
-  std::optional<std::uint64_t> jobs;     ///< not yet ended
+  std::optional<std::uint64_t> jobs;     ///< its own, not yet ended
   std::optional<std::uint64_t> bytes;    ///< of uploaded scenes
   std::optional<std::uint64_t> streams;  ///< event streams and long polls
+};
+
+/// By whom something is done, as far as it counts; nobody: no key was needed.
+struct Owner {
+  std::string key;  ///< its id, or empty
+  KeyLimits limits;
 };
 
 /// A key as it is kept: its secret is not.

@@ -76,7 +76,7 @@ void members(Archive& a, JobRecord& v) {
   a("passes", v.passes), a("seconds", v.seconds), a("rejected", v.rejected), a("error", v.error);
   a("eta_seconds", v.eta_seconds), a("map_hits", v.map_hits), a("map_disk_hits", v.map_disk_hits);
   a("map_misses", v.map_misses), a("revision", v.revision), a("first_frame_seconds", v.first_frame_seconds), a("failure", v.failure);
-  a("pause_reason", v.pause_reason), a("crashes", v.crashes);
+  a("pause_reason", v.pause_reason), a("crashes", v.crashes), a("owner", v.owner);
 }
 
 template <class Archive>

@@ -29,6 +29,7 @@ struct SceneRecord {
   std::uint64_t bytes = 0;
   bool sample = false;  ///< shipped with the server: cannot be deleted
   WallTime created{};
+  std::string owner{};  ///< id of the API key that uploaded it first; empty: none was needed
 };
 
 /// Stored by number: append only.
@@ -95,6 +96,7 @@ struct SeriesPoint {
 struct JobRecord {
   std::string id;
   std::uint64_t sequence = 0;  ///< ascending with submission
+  std::string owner;           ///< id of the API key that submitted it; empty: none was needed
   JobSpec spec;
   JobState state = JobState::queued;
   std::uint64_t version = 1;  ///< grows with every stored change

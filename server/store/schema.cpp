@@ -95,6 +95,9 @@ CREATE TABLE answers (            -- to requests with an idempotency key
 ) WITHOUT ROWID;
 CREATE INDEX answers_by_age ON answers (created_ms);
 )"},
+    Migration{R"(
+ALTER TABLE scenes ADD COLUMN owner TEXT NOT NULL DEFAULT '';  -- API key id, or empty
+)"},
 };
 
 }  // namespace

@@ -87,7 +87,7 @@ Status Store::load() {
 
 Status Store::load_scenes(Transaction& transaction) {
   Query query =
-      transaction.query("SELECT id, arrival, name, media_type, bytes, sample, created_ms FROM scenes");
+      transaction.query("SELECT id, arrival, name, media_type, bytes, sample, created_ms, owner FROM scenes");
   while (query.next()) {
     StoredScene scene;
     const std::vector<std::byte> id = query.bytes(0);
@@ -99,6 +99,7 @@ Status Store::load_scenes(Transaction& transaction) {
     scene.record.bytes = query.whole(4);
     scene.record.sample = query.integer(5) != 0;
     scene.record.created = WallTime(std::chrono::milliseconds(query.integer(6)));
+    scene.record.owner = query.text(7);
     next_arrival_ = std::max(next_arrival_, scene.arrival + 1);
     scenes_.emplace(scene.record.id, scene);
   }
@@ -136,10 +137,17 @@ Status Store::forget_samples() {
 
 // --- scenes -------------------------------------------------------------------------------------------------------
 
-Status Store::put_scene(const SceneRecord& scene, const std::vector<std::byte>& bytes) {
+Status Store::put_scene(const SceneRecord& scene, const std::vector<std::byte>& bytes,
+                        const std::optional<std::uint64_t>& owner_bytes) {
   const std::lock_guard lock(writing_);
   const auto known = scenes_.find(scene.id);
   if (known != scenes_.end() && !scene.sample) return Done{};
+  if (owner_bytes) {
+    std::uint64_t taken = scene.bytes;
+    for (const auto& [id, other] : scenes_) taken += other.record.owner == scene.owner ? other.record.bytes : 0;
+    if (taken > *owner_bytes)
+      return Error{ErrorCode::limit_exceeded, "this key's scenes would take more than it may; delete some", "disk"};
+  }
   // A sample's file costs nothing to mend.
   if (known == scenes_.end() || !files_->get(scene.id)) {
     if (const Result<Digest> put = files_->put(bytes); !put) return put.error();
@@ -148,9 +156,9 @@ Status Store::put_scene(const SceneRecord& scene, const std::vector<std::byte>& 
   const auto created_ms =
       std::chrono::duration_cast<std::chrono::milliseconds>(scene.created.time_since_epoch()).count();
   const Status written = database_.write([&](Transaction& transaction) {
-    return transaction.run("INSERT OR REPLACE INTO scenes VALUES (?, ?, ?, ?, ?, ?, ?)",
+    return transaction.run("INSERT OR REPLACE INTO scenes VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                            std::as_bytes(std::span(scene.id.bytes)), stored.arrival, scene.name, scene.media_type,
-                           scene.bytes, scene.sample, created_ms);
+                           scene.bytes, scene.sample, created_ms, scene.owner);
   });
   if (!written) {
     // Without a row the next start would sweep it; on a full disk that is late.

@@ -97,6 +97,99 @@ TEST_F(ServiceKeysTest, ScopesLimitWhatAKeyMayDo) {
   EXPECT_EQ(request(port_, "DELETE", "/v1/maps/none", "", "", with(admin)).status, 404);
 }
 
+TEST_F(ServiceKeysTest, ASubmitKeyChangesOnlyWhatCameWithIt) {
+  const std::string before = upload();
+  const std::string open = submit(before, R"("method":"path","stop":{"seconds":600})");
+  const NewKey one = make(Scope::submit);
+  const NewKey other = make(Scope::submit);
+  const NewKey admin = make(Scope::admin);
+  const Reply made = post_job(before, R"("method":"path","stop":{"seconds":600})", one);
+  ASSERT_EQ(made.status, 202) << made.body;
+  const std::string job = "/v1/jobs/" + json::parse(made.body)["id"].get<std::string>();
+  const auto post = [&](const std::string& target, const NewKey& key, const std::string& body = "") {
+    return request(port_, "POST", target, body, body.empty() ? "" : "application/json", with(key));
+  };
+  for (const char* what : {"/cancel", "/pause", "/resume", "/retry"}) {
+    const Reply refused = post(job + what, other);
+    EXPECT_EQ(refused.status, 403) << what;
+    EXPECT_EQ(json::parse(refused.body)["code"], "not_yours");
+  }
+  EXPECT_EQ(post(job + "/extend", other, R"({"stop":{"passes":9}})").status, 403);
+  EXPECT_EQ(request(port_, "DELETE", job, "", "", with(other)).status, 403);
+  EXPECT_EQ(post("/v1/jobs/" + open + "/cancel", one).status, 403) << "what came without a key is nobody's";
+  EXPECT_EQ(post("/v1/jobs/j-0/cancel", other).status, 404);
+  EXPECT_EQ(post(job + "/pause", one).status, 202);
+  restart(options_);
+  EXPECT_EQ(post(job + "/resume", other).status, 403) << "owners outlive a restart";
+  EXPECT_EQ(post(job + "/resume", one).status, 202);
+  EXPECT_EQ(post(job + "/cancel", admin).status, 202);
+  EXPECT_EQ(post("/v1/jobs/" + open + "/cancel", admin).status, 202);
+  const auto ended = [&] { return json::parse(get(port_, job, with(one)).body)["state"] == "canceled"; };
+  for (int i = 0; i < 500 && !ended(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(request(port_, "DELETE", job, "", "", with(one)).status, 204);
+}
+
+TEST_F(ServiceKeysTest, ASceneIsItsFirstUploaders) {
+  const std::string glb = small_glb();
+  const NewKey one = make(Scope::submit, {.jobs = {}, .bytes = glb.size(), .streams = {}});
+  const NewKey other = make(Scope::submit, {.jobs = {}, .bytes = glb.size() - 1, .streams = {}});
+  const auto upload_by = [&](const NewKey& key) {
+    return request(port_, "POST", "/v1/scenes", glb, "model/gltf-binary", with(key));
+  };
+  EXPECT_EQ(upload_by(other).status, 507) << "it may not have as much";
+  const Reply first = upload_by(one);
+  ASSERT_EQ(first.status, 201) << first.body;
+  EXPECT_EQ(upload_by(other).status, 200) << "what is known takes no room";
+  restart(options_);
+  const std::string scene = "/v1/scenes/" + json::parse(first.body)["id"].get<std::string>();
+  EXPECT_EQ(request(port_, "DELETE", scene, "", "", with(other)).status, 403);
+  EXPECT_EQ(request(port_, "DELETE", scene, "", "", with(one)).status, 204);
+  EXPECT_EQ(upload_by(one).status, 201) << "and its room is free again";
+}
+
+TEST_F(ServiceKeysTest, JobsAreLimitedByKey) {
+  const std::string scene = upload();
+  const NewKey few = make(Scope::submit, {.jobs = 2, .bytes = {}, .streams = {}});
+  const NewKey other = make(Scope::submit);
+  const std::string endless = R"("method":"path","stop":{"seconds":600})";
+  const Reply first = post_job(scene, endless, few);
+  ASSERT_EQ(first.status, 202);
+  ASSERT_EQ(post_job(scene, endless, few).status, 202);
+  const Reply refused = post_job(scene, endless, few);
+  EXPECT_EQ(refused.status, 429) << refused.body;
+  EXPECT_TRUE(refused.headers.contains("retry-after"));
+  EXPECT_EQ(post_job(scene, endless, other).status, 202);
+  const std::string job = "/v1/jobs/" + json::parse(first.body)["id"].get<std::string>();
+  EXPECT_EQ(request(port_, "POST", job + "/cancel", "", "", with(few)).status, 202);
+  const auto ended = [&] { return json::parse(get(port_, job, with(few)).body)["state"] == "canceled"; };
+  for (int i = 0; i < 500 && !ended(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(post_job(scene, endless, few).status, 202) << "an ended one makes room";
+}
+
+TEST_F(ServiceKeysTest, EnvironmentsNeedMoreThanAKeyToRead) {
+  const NewKey reader = make(Scope::read);
+  const NewKey submitter = make(Scope::submit);
+  const std::string none = "/v1/environments/" + std::string(64, '0');
+  EXPECT_EQ(request(port_, "POST", "/v1/environments", "x", "image/x-exr", with(reader)).status, 403);
+  EXPECT_EQ(request(port_, "POST", "/v1/environments", "x", "image/x-exr", with(submitter)).status, 422);
+  EXPECT_EQ(request(port_, "DELETE", none, "", "", with(submitter)).status, 403);
+  EXPECT_EQ(request(port_, "DELETE", none, "", "", with(make(Scope::admin))).status, 404);
+}
+
+TEST_F(ServiceKeysTest, IdempotencyKeysAreNamesOfTheApiKey) {
+  const std::string scene = upload();
+  const auto post = [&](const NewKey& key) {
+    Fields fields = with(key);
+    fields.emplace_back("Idempotency-Key", "a");
+    const std::string body = "{\"scene\":\"" + scene + R"(","film":{"width":16,"height":12},"stop":{"passes":1}})";
+    return request(port_, "POST", "/v1/jobs", body, "application/json", fields).headers["location"];
+  };
+  const NewKey one = make(Scope::submit), other = make(Scope::submit);
+  const std::string first = post(one);
+  EXPECT_EQ(post(one), first);
+  EXPECT_NE(post(other), first);
+}
+
 TEST_F(ServiceKeysTest, AnUploadWithoutAKeyIsRefusedBeforeItIsRead) {
   make(Scope::submit);
   const std::string big(1 << 20, 'x');

@@ -21,6 +21,7 @@ JobRecord full_record() {
   JobRecord job;
   job.id = "j-1";
   job.sequence = 3;
+  job.owner = "k-1";
   job.spec.scene = sha256(bytes_of("scene"));
   job.spec.camera = LookAt{{1, 2, 3}, {4, 5, 6}, {0, 0, 1}, 55.5f};
   job.spec.photons = {1000, UINT64_MAX};
@@ -239,6 +240,27 @@ TEST_F(StoreTest, ADamagedSampleIsMendedAtTheNextStart) {
   stored_.open();
   scene("sample", true);
   EXPECT_EQ(**store().scene_bytes(s.id), bytes_of("sample"));
+}
+
+TEST_F(StoreTest, ScenesOfAnOlderFileAreNobodys) {
+  const SceneRecord known = scene("a");
+  stored_.store.reset();
+  stored_.files.reset();
+  stored_.database.reset();
+  const std::string path = stored_.folder.file("photond.db");
+  std::filesystem::remove(path);
+  {
+    const auto older = Database::open(path, schema().first(4));
+    ASSERT_TRUE(older.ok());
+    const Status put = (*older)->write([&](Transaction& transaction) {
+      return transaction.run("INSERT INTO scenes VALUES (?, 1, '', 'model/gltf-binary', 1, 0, 0)",
+                             std::as_bytes(std::span(known.id.bytes)));
+    });
+    ASSERT_TRUE(put.ok());
+  }
+  stored_.open();
+  ASSERT_EQ(store().scenes().size(), 1u);
+  EXPECT_EQ(store().scenes()[0].owner, "");
 }
 
 TEST_F(StoreTest, AFileWithoutARowIsSwept) {
