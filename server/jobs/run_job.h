@@ -47,6 +47,7 @@ class RunJob : public Slices {
   RunJob(std::shared_ptr<Job> job, const RunParts& parts);
 
   bool step() override;
+  std::string owner() const override { return job_->owner; }
 
   /// True where the run is to be given to a scheduler, since it is in none; from then on it counts as in one, until a
   /// `step` has returned false.

@@ -11,6 +11,19 @@ void Scheduler::Class::fill() {
     active.push_back(std::move(waiting.front()));
     waiting.pop_front();
   }
+  for (auto work = waiting.begin(); work != waiting.end();) {
+    if (serves((*work)->owner())) {
+      ++work;
+    } else {
+      active.push_back(std::move(*work));
+      work = waiting.erase(work);
+    }
+  }
+}
+
+/// While an owner's only active work has its turn, which it has outside of the list, one more may come in.
+bool Scheduler::Class::serves(const std::string& owner) const {
+  return std::any_of(active.begin(), active.end(), [&](const auto& work) { return work->owner() == owner; });
 }
 
 bool Scheduler::Class::remove(const std::shared_ptr<Slices>& work) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 
 #include "server/store/records.h"
@@ -18,11 +19,14 @@ class Slices {
   virtual ~Slices() = default;
   /// Does the next slice; false when nothing is left.
   virtual bool step() = 0;
+  /// For whom it is done; always the same.
+  virtual std::string owner() const { return {}; }
 };
 
 /// Gives the render thread to the waiting work slice by slice: interactive before batch, round robin inside a
 /// class, so that jobs share the machine by passes. At most `kMaxActive` of a class take turns, in the order
-/// they came; the rest wait, which bounds the memory of films. Knows nothing of rendering.
+/// they came; the rest wait, which bounds the memory of films. Who has none among them need not wait for the
+/// others': his first is let in beside them. Knows nothing of rendering.
 class Scheduler {
  public:
   static constexpr std::size_t kMaxActive = 8;
@@ -46,6 +50,7 @@ class Scheduler {
     std::deque<std::shared_ptr<Slices>> active;
     std::deque<std::shared_ptr<Slices>> waiting;
     void fill();
+    bool serves(const std::string& owner) const;
     bool remove(const std::shared_ptr<Slices>& work);
   };
   struct Hurried {

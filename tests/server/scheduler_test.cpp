@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <mutex>
@@ -29,16 +30,19 @@ class Diary {
 
 class FakeWork : public Slices {
  public:
-  FakeWork(Diary& diary, char name, int slices) : diary_(diary), name_(name), left_(slices) {}
+  FakeWork(Diary& diary, char name, int slices, std::string owner = {})
+      : diary_(diary), name_(name), left_(slices), owner_(std::move(owner)) {}
   bool step() override {
     diary_.write(name_);
     return --left_ > 0;
   }
+  std::string owner() const override { return owner_; }
 
  private:
   Diary& diary_;
   const char name_;
   int left_;
+  const std::string owner_;
 };
 
 /// Holds the scheduler's thread until told to go on, so that a test can fill the queue.
@@ -71,6 +75,21 @@ std::string run_all(const std::function<void(Scheduler&, Diary&)>& submit, std::
   while (diary.text().size() < turns && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
   scheduler.stop();
   return diary.text();
+}
+
+TEST(Scheduler, AnotherOwnersWorkNeedNotWaitForAFlood) {
+  const std::string turns = run_all(
+      [](Scheduler& scheduler, Diary& diary) {
+        for (int i = 0; i < 100; ++i)
+          scheduler.submit(std::make_shared<FakeWork>(diary, 'a', 100, "flood"), Priority::interactive);
+        for (int i = 0; i < 3; ++i)
+          scheduler.submit(std::make_shared<FakeWork>(diary, 'b', 100, "other"), Priority::interactive);
+      },
+      400);
+  EXPECT_LT(turns.find('b'), Scheduler::kMaxActive + 2);
+  const auto of_other = std::count(turns.begin(), turns.begin() + 400, 'b');
+  EXPECT_GE(of_other, 400 / 12) << "goes on in turns";
+  EXPECT_LE(of_other, 400 / 4) << "and is not preferred";
 }
 
 TEST(Scheduler, JobsOfAClassTakeTurns) {
