@@ -50,11 +50,13 @@ export function describe(failure: Failure): string {
   return sentence(detail || title || `The server answered ${failure.status}.`);
 }
 
-/** The picture of `key`, or the newest where that one is not kept any more; null where there is none to be had. */
+/**
+ * The newest picture of the job of `key`, which is that of `key` or a later one: older ones are not kept for long. Null
+ * where there is none to be had.
+ */
 export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<FramePicture | null> {
   const format = key.lossless ? 'png' : 'jpg';
-  let response = await reached(fetch_with_key(frame_url(key.job, key.revision, format), { signal }));
-  if (response?.status === 404) response = await reached(fetch_with_key(frame_url(key.job, 'latest', format), { signal }));
+  const response = await reached(fetch_with_key(frame_url(key.job, 'latest', format), { signal, cache: 'no-store' }));
   if (!response || response.status !== 200) return null;
   const blob = await reached(response.blob());
   if (!blob) return null;
