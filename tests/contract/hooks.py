@@ -41,16 +41,23 @@ schemathesis.openapi.media_type("model/gltf+json", st.binary(max_size=200))
 
 @schemathesis.hook
 def before_call(context, case, kwargs):
-    """Shortens long polls; gives a valid job a scene that exists, and makes it one of milliseconds."""
+    """Shortens long polls; gives a valid job a scene that exists, and makes work one of milliseconds."""
     if isinstance((case.query or {}).get("wait"), int):
         case.query["wait"] = min(case.query["wait"], 1)
-    if case.operation.label != "POST /v1/jobs" or not case.meta.generation.mode.is_positive:
+    if not isinstance(case.body, dict) or not case.meta.generation.mode.is_positive:
         return
     job = case.body
+    # Of any operation: what is extended without an end would stream without an end.
+    for field, most in (("photons_per_pass", PHOTONS), ("gather_photons", 16), ("passes", PASSES)):
+        if isinstance(job.get(field), int):
+            job[field] = min(job[field], most)
+    if "stop" in job:
+        job["stop"] = {"passes": min((job["stop"] or {}).get("passes") or PASSES, 2 * PASSES)}
+    if case.operation.label != "POST /v1/jobs":
+        return
     job["scene"] = SCENE
     job["film"] = {side: min(job.get("film", {}).get(side, FILM), FILM) for side in ("width", "height")}
     job["photons_per_pass"] = min(job.get("photons_per_pass", PHOTONS), PHOTONS)
-    job["gather_photons"] = min(job.get("gather_photons", 16), 16)
     job["stop"] = {"passes": min(job.get("stop", {}).get("passes", PASSES), PASSES)}
 
 
