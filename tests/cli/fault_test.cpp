@@ -243,12 +243,14 @@ TEST_F(FaultTest, KilledAtRandomNothingAcknowledgedIsLostAndTheBitsAreTheSame) {
   for (int kill = 1; kill <= kills; ++kill) {
     // Mostly short lives, in which little is written down; but without longer ones no job would ever end.
     std::this_thread::sleep_for(std::chrono::milliseconds(20 + random() % (kill % 5 == 0 ? 4000 : 900)));
+    if (kill % 2 == 0) event = std::max(event, newest_event(daemon));  // the other lives end without being asked
     daemon.end(SIGKILL);
     const Clock::time_point begin = Clock::now();
     ASSERT_TRUE(daemon.start());
     check_nothing_lost(daemon, known);
     const std::uint64_t now = newest_event(daemon);
-    EXPECT_GT(now, event) << "ids of events go on";
+    // The same only where a life was too short to tell anything.
+    EXPECT_GE(now, event) << "ids of events go back";
     event = now;
     ++most;
     if (kill % 20 == 0) {
