@@ -82,6 +82,8 @@ class Api {
   Response retry_job(const Request& request);
   Response delete_job(const Request& request);
   Response get_series(const Request& request) const;
+
+  // frame_handlers.cpp
   Response get_frame(const Request& request) const;
 
   // checkpoint_handler.cpp

@@ -111,7 +111,7 @@ Response Api::job_events(const Request& request) const {
   const EventLog& log = jobs_.events();
   const std::uint64_t after = start_of(request, log.newest(), 0);
   const auto job = store_.job(id);
-  if (!job) return problem(404, "not_found", "there is no job " + id);
+  if (!job) return no_job(id);
   if (is_terminal(job->state) && log.read_after(after, id).empty()) {
     Response done;  // tells an EventSource to stop asking
     done.status = 204;
@@ -124,7 +124,7 @@ Response Api::all_events(const Request& request) const {
   const EventLog& log = jobs_.events();
   const auto jobs = parameter(request, "job")->get<std::set<std::string>>();
   for (const std::string& id : jobs) {
-    if (!store_.job(id)) return problem(404, "not_found", "there is no job " + id);
+    if (!store_.job(id)) return no_job(id);
   }
   const std::uint64_t after = start_of(request, log.newest(), jobs.empty() ? log.newest() : 0);
   return stream(std::make_shared<EventFeed>(store_, jobs_, jobs, after, false, request.stop));

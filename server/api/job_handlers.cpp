@@ -4,14 +4,11 @@
 #include "server/api/job_message.h"
 #include "server/api/problem.h"
 #include "server/api/query.h"
+#include "server/api/wait.h"
 
 namespace photond {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-Response no_job(const std::string& id) { return problem(404, "not_found", "there is no job " + id); }
 
 std::string job_etag(const JobRecord& job) { return strong_etag(job.id + "." + std::to_string(job.version)); }
 
@@ -37,19 +34,6 @@ Response replayed(const StoredAnswer& answer) {
   response.headers = {{"Cache-Control", "no-store"}, {"ETag", answer.etag}, {"Idempotency-Replayed", "true"}};
   response.body = answer.body;
   return accepted(answer.job, std::move(response));
-}
-
-/// Calls `look` after every change of any job until it returns true, the time is up or the server stops.
-template <class Look>
-bool wait_until(const EventLog& log, std::chrono::milliseconds wait, const std::stop_token& stop,
-                const Look& look) {
-  const Clock::time_point deadline = Clock::now() + wait;
-  while (true) {
-    const std::uint64_t seen = log.newest();  // before looking: what comes in between ends the wait at once
-    if (look()) return true;
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
-    if (left.count() <= 0 || stop.stop_requested() || !log.wait_beyond(seen, left, stop)) return look();
-  }
 }
 
 /// A place in the list of jobs as a cursor, and back. It names the job before it, so that new jobs move nothing.
@@ -79,41 +63,6 @@ JobFilter read_filter(const Request& request) {
   filter.label = text_parameter(request, "label");
   if (const auto cursor = text_parameter(request, "cursor")) filter.before = place_of(*cursor);
   return filter;
-}
-
-FrameFormat format_of(const std::string& suffix) {
-  if (suffix == "png") return FrameFormat::png;
-  return suffix == "jpg" ? FrameFormat::jpg : FrameFormat::exr;
-}
-
-const char* frame_type(FrameFormat format) {
-  switch (format) {
-    case FrameFormat::png:
-      return "image/png";
-    case FrameFormat::jpg:
-      return "image/jpeg";
-    case FrameFormat::exr:
-      return "image/x-exr";
-  }
-  return "application/octet-stream";
-}
-
-std::string frame_etag(const std::string& id, std::uint32_t revision, const std::string& suffix) {
-  return strong_etag(id + "." + std::to_string(revision) + "." + suffix);
-}
-
-Response no_newer_frame() {
-  Response none;
-  none.status = 204;
-  none.headers.emplace_back("Cache-Control", "no-store");
-  return none;
-}
-
-Response not_modified(const std::string& etag) {
-  Response response;
-  response.status = 304;
-  response.headers.emplace_back("ETag", etag);
-  return response;
 }
 
 }  // namespace
@@ -238,58 +187,6 @@ Response Api::delete_job(const Request& request) {
 Response Api::get_series(const Request& request) const {
   const auto job = store_.job(request.captures[0]);
   return job ? json_response(series_message(*job)) : no_job(request.captures[0]);
-}
-
-Response Api::get_frame(const Request& request) const {
-  const std::string& id = request.captures[0];
-  const std::string& suffix = request.captures[2];
-  const FrameFormat format = format_of(suffix);
-  if (!store_.job(id)) return no_job(id);
-  if (request.captures[1] == "latest") return latest_frame(request, format, suffix);
-  jobs_.look(id);
-  const auto revision = static_cast<std::uint32_t>(whole_parameter(request, "rev"));
-  const std::string etag = frame_etag(id, revision, suffix);
-  if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
-  Response response = frame_response(id, revision, format);
-  if (response.status != 200) return response;
-  response.headers.emplace_back("ETag", etag);
-  response.headers.emplace_back("Cache-Control", "private, max-age=31536000, immutable");
-  return response;
-}
-
-Response Api::latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const {
-  const std::string& id = request.captures[0];
-  const std::uint64_t after = whole_parameter(request, "after");
-  const auto watched = jobs_.job(id);
-  std::optional<JobRecord> job;
-  wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
-    if (watched) watched->look();
-    job = store_.job(id);
-    return !job || job->revision > after || is_terminal(job->state);
-  });
-  if (!job) return no_job(id);
-  if (job->revision <= after) return no_newer_frame();
-  const std::string etag = frame_etag(id, job->revision, suffix);
-  if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
-  Response response = frame_response(id, job->revision, format);
-  // A job that was put back by a restart has no picture until it has gone on a little.
-  if (response.status == 404 && !is_terminal(job->state)) return no_newer_frame();
-  if (response.status != 200) return response;
-  response.headers.emplace_back("ETag", etag);
-  response.headers.emplace_back("Cache-Control", "no-cache");
-  response.headers.emplace_back("Content-Location",
-                                "/v1/jobs/" + id + "/frames/" + std::to_string(job->revision) + "." + suffix);
-  response.headers.emplace_back("Photond-Revision", std::to_string(job->revision));
-  return response;
-}
-
-Response Api::frame_response(const std::string& id, std::uint32_t revision, FrameFormat format) const {
-  const Result<Frames::Bytes> bytes = jobs_.frame(id, revision, format);
-  if (!bytes) return problem(bytes.error());
-  Response response;
-  response.content_type = frame_type(format);
-  response.body = *bytes;
-  return response;
 }
 
 }  // namespace photond

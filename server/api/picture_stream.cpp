@@ -79,7 +79,7 @@ class PictureFeed {
 
 Response Api::picture_stream(const Request& request) const {
   const std::string& id = request.captures[0];
-  if (!store_.job(id)) return problem(404, "not_found", "there is no job " + id);
+  if (!store_.job(id)) return no_job(id);
   Response response;
   response.content_type = std::string("multipart/x-mixed-replace; boundary=") + kBoundary;
   response.headers.emplace_back("Cache-Control", "no-store");

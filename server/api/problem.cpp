@@ -128,6 +128,8 @@ Response problem(int status, const std::string& code, const std::vector<Violatio
   return response;
 }
 
+Response no_job(const std::string& id) { return problem(404, "not_found", "there is no job " + id); }
+
 std::optional<Response> failed_ownership(const Request& request, const std::string& owner) {
   if (request.caller.may_change(owner)) return std::nullopt;
   return problem(403, "not_yours", "this came with another key; only that one, or one of scope admin, may change it");

@@ -23,6 +23,9 @@ struct Violation {
 /// The problem for several mistakes: `detail` and `pointer` are those of the first, `errors` lists all.
 Response problem(int status, const std::string& code, const std::vector<Violation>& violations);
 
+/// 404 of a job.
+Response no_job(const std::string& id);
+
 /// 403 where what `owner` (id of a key) has made is not the caller's to change.
 std::optional<Response> failed_ownership(const Request& request, const std::string& owner);
 

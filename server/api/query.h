@@ -65,4 +65,12 @@ inline bool names_etag(std::string_view header, std::string_view etag, bool weak
   return false;
 }
 
+/// The answer to an If-None-Match that names what is there.
+inline Response not_modified(const std::string& etag) {
+  Response response;
+  response.status = 304;
+  response.headers.emplace_back("ETag", etag);
+  return response;
+}
+
 }  // namespace photond
