@@ -137,20 +137,22 @@ Result<std::vector<std::byte>> write_values(ImageFormat format, const OIIO::Imag
   }
 }
 
-/// Positions of the channels named R, G and B.
-Result<std::array<int, 3>> find_rgb(const OIIO::ImageSpec& spec) {
+/// Positions of the channels named R, G and B, of a layer where one is named.
+Result<std::array<int, 3>> find_rgb(const OIIO::ImageSpec& spec, const std::string& layer) {
   std::array<int, 3> channels{};
   constexpr const char* kNames[] = {"R", "G", "B"};
   for (int c = 0; c < 3; ++c) {
-    channels[static_cast<std::size_t>(c)] = spec.channelindex(kNames[c]);
+    const std::string name = layer.empty() ? kNames[c] : layer + "." + kNames[c];
+    channels[static_cast<std::size_t>(c)] = spec.channelindex(name);
     if (channels[static_cast<std::size_t>(c)] < 0) {
-      return invalid_input(std::string("the picture has no channel ") + kNames[c]);
+      const ErrorCode code = layer.empty() ? ErrorCode::invalid_input : ErrorCode::not_found;
+      return Error{code, "the picture has no channel " + name, ""};
     }
   }
   return channels;
 }
 
-Result<Image> read_linear(OIIO::ImageInput& input) {
+Result<Image> read_linear(OIIO::ImageInput& input, const std::string& layer) {
   constexpr int kMaxSide = 65'536;
   constexpr int kMaxChannels = 64;
   const OIIO::ImageSpec spec = input.spec();
@@ -158,7 +160,7 @@ Result<Image> read_linear(OIIO::ImageInput& input) {
       spec.nchannels > kMaxChannels) {
     return invalid_input("the picture has a size or channel count that is not allowed");
   }
-  const Result<std::array<int, 3>> rgb = find_rgb(spec);
+  const Result<std::array<int, 3>> rgb = find_rgb(spec, layer);
   if (!rgb) return rgb.error();
   const auto [first, last] = std::minmax_element(rgb->begin(), rgb->end());
   const auto channels = static_cast<std::size_t>(*last - *first + 1);
@@ -210,12 +212,12 @@ Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers&
   return write_values(ImageFormat::exr_float, spec, OIIO::TypeFloat, values.data());
 }
 
-Result<Image> decode_exr(std::span<const std::byte> bytes) {
+Result<Image> decode_exr(std::span<const std::byte> bytes, const std::string& layer) {
   try {
     OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open("memory.exr", nullptr, &reader);
     if (!input) return invalid_input("the picture cannot be decoded: " + OIIO::geterror());
-    return read_linear(*input);
+    return read_linear(*input, layer);
   } catch (const std::exception& exception) {
     return invalid_input(std::string("the picture cannot be decoded: ") + exception.what());
   }

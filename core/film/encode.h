@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/base/result.h"
@@ -24,7 +25,8 @@ Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, co
 /// A float EXR of the picture with its error as further channels: error.noise.R … error.bound.B.
 Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers& error);
 
-/// Decodes the channels R, G and B of an EXR (or any file OpenImageIO reads as linear float); others are left out.
-Result<Image> decode_exr(std::span<const std::byte> bytes);
+/// Decodes the channels R, G and B of an EXR (or any file OpenImageIO reads as linear float); others are left out. With
+/// `layer` ("error.noise") those of this layer of encode_exr. Errors: invalid_input, not_found (no such layer).
+Result<Image> decode_exr(std::span<const std::byte> bytes, const std::string& layer = {});
 
 }  // namespace photond

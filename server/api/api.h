@@ -15,6 +15,7 @@
 namespace photond {
 
 class Contract;
+struct FrameWish;
 
 /// Limits that belong to the interface rather than to the work; shown by /v1/info.
 struct ApiLimits {
@@ -101,9 +102,9 @@ class Api {
   Response submit_once(const Request& request, const JobSpec& spec, const std::string& key);
   /// 403 where the job is another's; 412 where If-Match names another version of it than there is.
   std::optional<Response> refused_change(const Request& request) const;
-  Response latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const;
+  Response latest_frame(const Request& request, const FrameWish& wish) const;
   Response set_pinned(const Request& request, bool pinned);
-  Response frame_response(const std::string& id, std::uint32_t revision, FrameFormat format) const;
+  Response frame_response(const std::string& id, std::uint32_t revision, const FrameWish& wish) const;
 
   Store& store_;
   Jobs& jobs_;

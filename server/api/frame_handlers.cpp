@@ -5,11 +5,26 @@
 
 namespace photond {
 
+/// Which of a revision's pictures is asked for.
+struct FrameWish {
+  std::string suffix;
+  FrameFormat format = FrameFormat::png;
+  FrameLayer layer = FrameLayer::radiance;
+
+  bool of_error() const { return layer != FrameLayer::radiance; }
+};
+
 namespace {
 
-FrameFormat format_of(const std::string& suffix) {
-  if (suffix == "png") return FrameFormat::png;
-  return suffix == "jpg" ? FrameFormat::jpg : FrameFormat::exr;
+FrameWish read_wish(const Request& request) {
+  FrameWish wish{request.captures[2]};
+  if (wish.suffix == "jpg") wish.format = FrameFormat::jpg;
+  if (wish.suffix == "exr") wish.format = FrameFormat::exr;
+  const auto layer = text_parameter(request, "layer");
+  for (const FrameLayer known : {FrameLayer::noise, FrameLayer::bias, FrameLayer::bound}) {
+    if (layer == layer_name(known)) wish.layer = known;
+  }
+  return wish;
 }
 
 const char* frame_type(FrameFormat format) {
@@ -24,8 +39,19 @@ const char* frame_type(FrameFormat format) {
   return "application/octet-stream";
 }
 
-std::string frame_etag(const std::string& id, std::uint32_t revision, const std::string& suffix) {
-  return strong_etag(id + "." + std::to_string(revision) + "." + suffix);
+std::string frame_etag(const std::string& id, std::uint32_t revision, const FrameWish& wish) {
+  const std::string layer = wish.of_error() ? std::string(layer_name(wish.layer)) + "." : "";
+  return strong_etag(id + "." + std::to_string(revision) + "." + layer + wish.suffix);
+}
+
+std::string frame_path(const std::string& id, std::uint32_t revision, const FrameWish& wish) {
+  const std::string query = wish.of_error() ? std::string("?layer=") + layer_name(wish.layer) : "";
+  return "/v1/jobs/" + id + "/frames/" + std::to_string(revision) + "." + wish.suffix + query;
+}
+
+void look(const Job& job, const FrameWish& wish) {
+  job.look();
+  if (wish.of_error()) job.look_at_error();
 }
 
 Response no_newer_frame() {
@@ -39,52 +65,54 @@ Response no_newer_frame() {
 
 Response Api::get_frame(const Request& request) const {
   const std::string& id = request.captures[0];
-  const std::string& suffix = request.captures[2];
-  const FrameFormat format = format_of(suffix);
-  if (!store_.job(id)) return no_job(id);
-  if (request.captures[1] == "latest") return latest_frame(request, format, suffix);
-  jobs_.look(id);
+  const FrameWish wish = read_wish(request);
+  const auto job = jobs_.job(id);
+  if (!job) return no_job(id);
+  if (request.captures[1] == "latest") return latest_frame(request, wish);
+  look(*job, wish);
   const auto revision = static_cast<std::uint32_t>(whole_parameter(request, "rev"));
-  const std::string etag = frame_etag(id, revision, suffix);
+  const std::string etag = frame_etag(id, revision, wish);
   if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
-  Response response = frame_response(id, revision, format);
+  Response response = frame_response(id, revision, wish);
   if (response.status != 200) return response;
   response.headers.emplace_back("ETag", etag);
   response.headers.emplace_back("Cache-Control", "private, max-age=31536000, immutable");
   return response;
 }
 
-Response Api::latest_frame(const Request& request, FrameFormat format, const std::string& suffix) const {
+Response Api::latest_frame(const Request& request, const FrameWish& wish) const {
   const std::string& id = request.captures[0];
   const std::uint64_t after = whole_parameter(request, "after");
   const auto watched = jobs_.job(id);
   std::optional<JobRecord> job;
   wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
-    if (watched) watched->look();
+    if (watched) look(*watched, wish);
     job = store_.job(id);
-    return !job || job->revision > after || is_terminal(job->state);
+    if (!job || is_terminal(job->state)) return true;
+    if (job->revision <= after) return false;
+    // Pictures come with their error from the first look at it on.
+    return !wish.of_error() || job->state == JobState::paused || (watched && watched->frames.has_error(job->revision));
   });
   if (!job) return no_job(id);
   if (job->revision <= after) return no_newer_frame();
-  const std::string etag = frame_etag(id, job->revision, suffix);
+  const std::string etag = frame_etag(id, job->revision, wish);
   if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
-  Response response = frame_response(id, job->revision, format);
+  Response response = frame_response(id, job->revision, wish);
   // A job that was put back by a restart has no picture until it has gone on a little.
   if (response.status == 404 && !is_terminal(job->state)) return no_newer_frame();
   if (response.status != 200) return response;
   response.headers.emplace_back("ETag", etag);
   response.headers.emplace_back("Cache-Control", "no-cache");
-  response.headers.emplace_back("Content-Location",
-                                "/v1/jobs/" + id + "/frames/" + std::to_string(job->revision) + "." + suffix);
+  response.headers.emplace_back("Content-Location", frame_path(id, job->revision, wish));
   response.headers.emplace_back("Photond-Revision", std::to_string(job->revision));
   return response;
 }
 
-Response Api::frame_response(const std::string& id, std::uint32_t revision, FrameFormat format) const {
-  const Result<Frames::Bytes> bytes = jobs_.frame(id, revision, format);
+Response Api::frame_response(const std::string& id, std::uint32_t revision, const FrameWish& wish) const {
+  const Result<Frames::Bytes> bytes = jobs_.frame(id, revision, wish.format, wish.layer);
   if (!bytes) return problem(bytes.error());
   Response response;
-  response.content_type = frame_type(format);
+  response.content_type = frame_type(wish.format);
   response.body = *bytes;
   return response;
 }

@@ -16,7 +16,28 @@ Result<std::vector<std::byte>> encode_frame(const Image& image, const std::optio
   return error ? encode_exr(image, *error) : encode(image, ImageFormat::exr_half);
 }
 
+Result<std::vector<std::byte>> encode_layer(const Image& error, FrameFormat format) {
+  if (format == FrameFormat::png) return encode(error, ImageFormat::png, {kErrorStops});
+  if (format == FrameFormat::jpg) return encode(error, ImageFormat::jpeg, {kErrorStops});
+  return encode(error, ImageFormat::exr_float);
+}
+
+const Image& part(const ErrorLayers& error, FrameLayer layer) {
+  if (layer == FrameLayer::noise) return error.noise;
+  return layer == FrameLayer::bias ? error.bias : error.bound;
+}
+
+Result<Frames::Bytes> shared(Result<std::vector<std::byte>> encoded) {
+  if (!encoded) return encoded.error();
+  return std::make_shared<const std::vector<std::byte>>(std::move(*encoded));
+}
+
 }  // namespace
+
+const char* layer_name(FrameLayer layer) {
+  static constexpr const char* kNames[kFrameLayers] = {"", "error.noise", "error.bias", "error.bound"};
+  return kNames[static_cast<int>(layer)];
+}
 
 void Frames::publish(std::uint32_t revision, Image image, std::optional<ErrorLayers> error) {
   auto frame = std::make_shared<Frame>();
@@ -37,25 +58,41 @@ std::shared_ptr<Frames::Frame> Frames::find(std::uint32_t revision) const {
   return nullptr;
 }
 
-Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format) const {
+Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format, FrameLayer layer) const {
   const std::shared_ptr<Frame> frame = find(revision);
   if (!frame) {
     return Error{ErrorCode::not_found, "revision " + std::to_string(revision) + " is not kept; ask for latest",
                  ""};
   }
+  if (layer != FrameLayer::radiance && !frame->error) {
+    return Error{ErrorCode::not_found,
+                 "revision " + std::to_string(revision) + " was kept without its error; the next one comes with it", ""};
+  }
   const std::lock_guard lock(frame->encoding);
-  Bytes& bytes = frame->encoded[static_cast<int>(format)];
+  Bytes& bytes = frame->encoded[static_cast<std::size_t>(layer)][static_cast<std::size_t>(format)];
   if (!bytes) {
-    Result<std::vector<std::byte>> encoded = encode_frame(frame->image, frame->error, format);
+    Result<Bytes> encoded = shared(layer == FrameLayer::radiance ? encode_frame(frame->image, frame->error, format)
+                                                                 : encode_layer(part(*frame->error, layer), format));
     if (!encoded) return encoded.error();
-    bytes = std::make_shared<const std::vector<std::byte>>(std::move(*encoded));
+    bytes = std::move(*encoded);
   }
   return bytes;
+}
+
+bool Frames::has_error(std::uint32_t revision) const {
+  const std::shared_ptr<Frame> frame = find(revision);
+  return frame && frame->error;
 }
 
 void Frames::clear() {
   const std::lock_guard lock(mutex_);
   frames_.clear();
+}
+
+Result<Frames::Bytes> error_from_exr(const std::vector<std::byte>& exr, FrameLayer layer, FrameFormat format) {
+  const Result<Image> error = decode_exr(exr, layer_name(layer));
+  if (!error) return error.error();
+  return shared(encode_layer(*error, format));
 }
 
 }  // namespace photond

@@ -16,31 +16,43 @@
 
 namespace photond {
 
+/// What a picture shows: radiance, or a part of its error (ErrorLayers). PNG and JPEG show an error kErrorStops brighter
+/// than the picture.
+enum class FrameLayer : std::uint8_t { radiance, noise, bias, bound };
+inline constexpr int kFrameLayers = 4;
+inline constexpr float kErrorStops = 3;  // an error of a hundredth of white is a dark grey, of an eighth white
+const char* layer_name(FrameLayer layer);  ///< as of the channels in EXR: "error.noise"; of radiance empty
+
 /// The newest few pictures of one job that runs. Each is encoded when first asked for, once per format, and shared.
 /// Once a job rests, its newest picture is on the disk (JobFiles) and these are dropped.
 class Frames {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 
-  /// Adds a picture; the oldest beyond three, or beyond two with the result of a job, are dropped. With `error` it is
-  /// the result, which is encoded as 32-bit EXR with the error layers, earlier pictures as 16-bit.
+  /// Adds a picture; the oldest beyond three, or beyond two where one comes with its `error`, are dropped. With `error` it
+  /// is encoded as 32-bit EXR with the error layers, as the result of a job always is, else as 16-bit.
   void publish(std::uint32_t revision, Image image, std::optional<ErrorLayers> error);
-  /// Errors: not_found (never published, or no longer kept), or the encoder's own.
-  Result<Bytes> get(std::uint32_t revision, FrameFormat format) const;
+  /// Errors: not_found (never published, without its error, or no longer kept), or the encoder's own.
+  Result<Bytes> get(std::uint32_t revision, FrameFormat format, FrameLayer layer = FrameLayer::radiance) const;
+  bool has_error(std::uint32_t revision) const;
   void clear();
 
  private:
   struct Frame {
     std::uint32_t revision = 0;
     Image image;
-    std::optional<ErrorLayers> error;  ///< of the result
-    std::mutex encoding;           ///< one encoder per picture at a time
-    std::array<Bytes, 3> encoded;  ///< by FrameFormat
+    std::optional<ErrorLayers> error;
+    std::mutex encoding;  ///< one encoder per picture at a time
+    std::array<std::array<Bytes, kFrameFormats>, kFrameLayers> encoded;
   };
   std::shared_ptr<Frame> find(std::uint32_t revision) const;
 
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<Frame>> frames_;
 };
+
+/// A layer of the error as a picture of its own, from the EXR of the picture. Errors: not_found where it has none; those of
+/// decoder and encoder.
+Result<Frames::Bytes> error_from_exr(const std::vector<std::byte>& exr, FrameLayer layer, FrameFormat format);
 
 }  // namespace photond

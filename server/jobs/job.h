@@ -51,6 +51,9 @@ class Job {
   void look() const { looked_at_ = std::chrono::steady_clock::now(); }
   /// When somebody last looked at it, or at all jobs.
   std::chrono::steady_clock::time_point looked_at() const { return std::max(looked_at_.load(), log_.looked_at()); }
+  /// Somebody looks at its error: for a while its pictures come with it.
+  void look_at_error() const { error_looked_at_ = std::chrono::steady_clock::now(); }
+  std::chrono::steady_clock::time_point error_looked_at() const { return error_looked_at_; }
 
   Frames frames;
 
@@ -61,6 +64,7 @@ class Job {
   mutable std::mutex mutex_;
   JobRecord record_;
   mutable std::atomic<std::chrono::steady_clock::time_point> looked_at_{std::chrono::steady_clock::now()};
+  mutable std::atomic<std::chrono::steady_clock::time_point> error_looked_at_{std::chrono::steady_clock::time_point()};
 };
 
 }  // namespace photond

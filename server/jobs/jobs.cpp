@@ -266,12 +266,15 @@ Status Jobs::remove_environment(const Digest& id) {
   return environments_.remove(id);
 }
 
-Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision, FrameFormat format) const {
+Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision, FrameFormat format,
+                                  FrameLayer layer) const {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
-  Result<Frames::Bytes> running = run->job()->frames.get(revision, format);
+  Result<Frames::Bytes> running = run->job()->frames.get(revision, format, layer);
   if (running || running.error().code != ErrorCode::not_found) return running;
-  return files_.frame(id, revision, format);
+  if (layer == FrameLayer::radiance) return files_.frame(id, revision, format);
+  const Result<Blob> exr = files_.frame(id, revision, FrameFormat::exr);
+  return exr ? error_from_exr(**exr, layer, format) : running;
 }
 
 std::shared_ptr<RunJob> Jobs::find(const std::string& id) const {

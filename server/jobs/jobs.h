@@ -117,9 +117,10 @@ class Jobs {
   /// The newest checkpoint: an accumulator file, which `photond merge` takes. Errors: not_found (no such job, or none
   /// was written: short jobs have none), io.
   Result<CheckpointFile> checkpoint(const std::string& id) const;
-  /// A picture of a job: of the newest ones while it runs, its newest once it rests. Errors: not_found, or the
-  /// encoder's.
-  Result<Frames::Bytes> frame(const std::string& id, std::uint32_t revision, FrameFormat format) const;
+  /// A picture of a job: of the newest ones while it runs, its newest once it rests; of the error where it was kept.
+  /// Errors: not_found, or the encoder's.
+  Result<Frames::Bytes> frame(const std::string& id, std::uint32_t revision, FrameFormat format,
+                              FrameLayer layer = FrameLayer::radiance) const;
 
   /// Refuses new work, puts the running jobs back into the queue with their passes kept, and ends the render thread.
   /// What is not put away after `kDrainTime` goes on from its last checkpoint at the next start.

@@ -106,7 +106,7 @@ Status RunJob::advance() {
   if (nothing_shown && has_preview(*task_)) return publish_preview();
   if (const Status rendered = render_next_pass(); !rendered) return rendered;
   if (stop_rule_met()) return finish();
-  if (watched() && rule_.due(film_.pass_count(), wall_seconds())) {
+  if (is_recent(job_->looked_at()) && rule_.due(film_.pass_count(), wall_seconds())) {
     if (const Status published = publish(false); !published) return published;
   }
   if (checkpoints_.due(compute_seconds_)) return checkpoint();
@@ -201,8 +201,6 @@ Status RunJob::render_next_pass() {
   return Done{};
 }
 
-bool RunJob::watched() const { return Clock::now() - job_->looked_at() < parts_.watch_time; }
-
 bool RunJob::stop_rule_met() const { return rule_met(job_->stop_rule(), progress()) != nullptr; }
 
 Progress RunJob::progress() const { return {film_.pass_count(), compute_seconds_, error_}; }
@@ -222,8 +220,9 @@ Status RunJob::finish() {
 Status RunJob::publish(bool result) {
   const std::uint32_t revision = job_->record().revision + 1;
   error_ = estimate_error(film_, execution_);
+  const bool with_error = result || (error_.known && is_recent(job_->error_looked_at()));
   job_->frames.publish(revision, film_picture(film_, execution_),
-                       result ? std::optional(error_layers(film_, execution_)) : std::nullopt);
+                       with_error ? std::optional(error_layers(film_, execution_)) : std::nullopt);
   told_ = wall_seconds();
   const Status told = job_->note(EventKind::frame, [&](JobRecord& record) {
     put_numbers(record);

@@ -88,7 +88,7 @@ class RunJob : public Slices {
   void release();
   void stall(const Status& refused);
   bool stop_rule_met() const;
-  bool watched() const;
+  bool is_recent(Clock::time_point look) const { return Clock::now() - look < parts_.watch_time; }
   Progress progress() const;
   void put_numbers(JobRecord& record) const;
   double wall_seconds() const;

@@ -84,6 +84,13 @@ TEST(Encode, ExrCarriesTheErrorBesideThePicture) {
   const auto value = [&](const char* channel) {
     return values[image.index(3, 2) * 12 + static_cast<std::size_t>(spec.channelindex(channel))];
   };
+  for (const auto& [name, layer] : {std::pair("error.noise", &error.noise), std::pair("error.bias", &error.bias),
+                                    std::pair("error.bound", &error.bound)}) {
+    const Result<Image> alone = decode_exr(*bytes, name);
+    ASSERT_TRUE(alone.ok()) << alone.error().message;
+    EXPECT_EQ(alone->pixels, layer->pixels) << name;
+  }
+  EXPECT_EQ(decode_exr(*bytes, "error.other").error().code, ErrorCode::not_found);
   EXPECT_EQ(Rgb(value("error.noise.R"), value("error.noise.G"), value("error.noise.B")), error.noise.at(3, 2));
   EXPECT_EQ(Rgb(value("error.bias.R"), value("error.bias.G"), value("error.bias.B")), error.bias.at(3, 2));
   EXPECT_EQ(Rgb(value("error.bound.R"), value("error.bound.G"), value("error.bound.B")), error.bound.at(3, 2));

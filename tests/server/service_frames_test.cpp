@@ -1,0 +1,96 @@
+#include "core/film/encode.h"
+#include "server/jobs/frames.h"
+#include "tests/server/service_fixture.h"
+
+namespace photond::test {
+namespace {
+
+using nlohmann::json;
+
+class FramesTest : public ServiceTest {
+ protected:
+  static std::vector<Rgb> pixels(const std::string& exr, const std::string& layer = {}) {
+    const auto image = decode_exr(std::as_bytes(std::span(exr.data(), exr.size())), layer);
+    EXPECT_TRUE(image.ok()) << image.error().message;
+    return image ? image->pixels : std::vector<Rgb>();
+  }
+};
+
+TEST_F(FramesTest, AResultsErrorIsAPictureOfItsOwn) {
+  const json done = wait_for_end(submit(upload(), R"("method":"path","stop":{"passes":9})"));
+  const std::string frame = done["urls"]["frame"];
+  const std::string whole = get(port_, frame + ".exr").body;
+  for (const std::string layer : {"error.noise", "error.bias", "error.bound"}) {
+    const Reply exr = get(port_, frame + ".exr?layer=" + layer);
+    ASSERT_EQ(exr.status, 200) << exr.body;
+    EXPECT_EQ(exr.headers.at("content-type"), "image/x-exr");
+    EXPECT_EQ(pixels(exr.body), pixels(whole, layer));
+    const Reply png = get(port_, frame + ".png?layer=" + layer);
+    EXPECT_EQ(png.body.substr(1, 3), "PNG");
+    EXPECT_EQ(get(port_, frame + ".jpg?layer=" + layer).body.substr(0, 2), "\xff\xd8");
+    const Reply latest = get(port_, done["urls"]["latest"].get<std::string>() + ".png?layer=" + layer);
+    EXPECT_EQ(latest.body, png.body);
+    EXPECT_EQ(latest.headers.at("etag"), png.headers.at("etag"));
+    EXPECT_EQ(latest.headers.at("content-location"), frame + ".png?layer=" + layer);
+  }
+  const Reply noise = get(port_, frame + ".png?layer=error.noise");
+  EXPECT_NE(noise.body, get(port_, frame + ".png").body);
+  EXPECT_NE(noise.headers.at("etag"), get(port_, frame + ".png").headers.at("etag"));
+  EXPECT_NE(noise.headers.at("etag"), get(port_, frame + ".png?layer=error.bias").headers.at("etag"));
+  const std::string known = noise.headers.at("etag");
+  EXPECT_EQ(get(port_, frame + ".png?layer=error.noise", {{"If-None-Match", known}}).status, 304);
+  EXPECT_EQ(get(port_, frame + ".png?layer=error", {}).status, 400);
+}
+
+TEST_F(FramesTest, ARunningJobsPicturesComeWithTheirErrorOnceSomebodyAsks) {
+  const std::string id = submit(upload(), R"("method":"path","stop":{"seconds":60})");
+  const std::string frames = "/v1/jobs/" + id + "/frames/";
+  const Reply before = get(port_, frames + "latest.jpg?wait=20");
+  ASSERT_EQ(before.status, 200);
+  const Reply missing = get(port_, frames + before.headers.at("photond-revision") + ".png?layer=error.noise");
+  EXPECT_EQ(missing.status, 404) << "it was not kept: nobody had asked";
+
+  const Reply noise = get(port_, frames + "latest.exr?layer=error.noise&wait=20");
+  ASSERT_EQ(noise.status, 200);
+  float brightest = 0;
+  for (const Rgb& pixel : pixels(noise.body)) brightest = std::max(brightest, pixel.r);
+  EXPECT_GT(brightest, 0) << "it is noisy";
+  EXPECT_GT(std::stoi(noise.headers.at("photond-revision")), std::stoi(before.headers.at("photond-revision")));
+  const Reply next = get(port_, frames + "latest.jpg?layer=error.bound&wait=20&after=" +
+                                    noise.headers.at("photond-revision"));
+  EXPECT_EQ(next.status, 200);
+
+  EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/pause").status, 202);
+  Reply paused;
+  for (int i = 0; i < 500 && paused.headers["content-location"].empty(); ++i) {
+    paused = get(port_, frames + "latest.exr?layer=error.bound");
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ASSERT_EQ(paused.status, 200);
+  EXPECT_EQ(pixels(paused.body), pixels(get(port_, frames + "latest.exr").body, "error.bound"));
+  EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/cancel").status, 202);
+}
+
+TEST(FramesLayers, ShowAnErrorThreeStopsBrighter) {
+  Frames frames;
+  Image grey(2, 1);
+  grey.pixels = {Rgb(0.5f), Rgb(0.25f)};
+  Image faint(2, 1);
+  faint.pixels = {Rgb(0.5f / 8), Rgb(0.25f / 8)};
+  frames.publish(1, grey, std::nullopt);
+  frames.publish(2, grey, ErrorLayers{faint, Image(2, 1), Image(2, 1)});
+  EXPECT_FALSE(frames.has_error(1));
+  EXPECT_TRUE(frames.has_error(2));
+  EXPECT_EQ(frames.get(1, FrameFormat::png, FrameLayer::noise).error().code, ErrorCode::not_found);
+  EXPECT_EQ(**frames.get(2, FrameFormat::png, FrameLayer::noise), **frames.get(1, FrameFormat::png));
+  const auto exr = frames.get(2, FrameFormat::exr);
+  ASSERT_TRUE(exr.ok());
+  const auto from_file = error_from_exr(**exr, FrameLayer::noise, FrameFormat::png);
+  ASSERT_TRUE(from_file.ok());
+  EXPECT_EQ(**from_file, **frames.get(2, FrameFormat::png, FrameLayer::noise)) << "a revision's bytes never change";
+  EXPECT_EQ(error_from_exr(**frames.get(1, FrameFormat::exr), FrameLayer::bound, FrameFormat::png).error().code,
+            ErrorCode::not_found);
+}
+
+}  // namespace
+}  // namespace photond::test
