@@ -52,7 +52,7 @@ Response Api::list_maps(const Request&) const {
 
 Response Api::post_map(const Request& request) {
   const PrewarmSpec spec = parse_prewarm(*request.json);
-  const auto prewarmed = jobs_.prewarm(spec, request.stop);
+  const auto prewarmed = jobs_.prewarm(spec, request.caller.key, request.stop);
   if (!prewarmed) return problem(prewarmed.error());
   Json keys = Json::array();
   for (const MapKey& key : prewarmed->keys) keys.push_back(key_text(key));
@@ -66,7 +66,13 @@ Response Api::post_map(const Request& request) {
 
 Response Api::delete_map(const Request& request) {
   const auto key = parse_key(request.captures[0]);
-  if (!key || !jobs_.maps().erase(*key)) return no_map();
+  if (!key) return no_map();
+  const bool admin = request.caller.scope == Scope::admin;
+  const bool canceled = jobs_.cancel_prewarms(*key, admin ? std::nullopt : std::optional(request.caller.key));
+  const bool there = jobs_.maps().find(*key).has_value();
+  if (!there && !canceled) return no_map();
+  if (there && !admin) return *failed_ownership(request, {});  // maps are everybody's
+  if (there) jobs_.maps().erase(*key);
   Response response;
   response.status = 204;
   return response;

@@ -211,7 +211,7 @@ Status Jobs::remove_scene(const Digest& id) {
   return store_.remove_scene(id);
 }
 
-Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, std::stop_token stop) {
+Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, const std::string& owner, std::stop_token stop) {
   StopRule passes;
   passes.passes = spec.passes;
   if (const Status fine = check_settings(spec.photons, {}, passes); !fine) return fine.error();
@@ -227,10 +227,22 @@ Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, std::stop_token s
   if (prewarms_.size() >= kMaxPrewarms) {
     return Error{ErrorCode::limit_exceeded, "too many photon maps are waiting to be built; try again later", "queue"};
   }
-  const auto work = std::make_shared<Prewarm>(spec, scenes_, maps_, workers_, stop_prewarming_.get_token());
+  const auto work = std::make_shared<Prewarm>(spec, result.keys, owner, scenes_, maps_, workers_);
   prewarms_.emplace(spec, work);
   scheduler_.submit(work, Priority::batch);
   return result;
+}
+
+bool Jobs::cancel_prewarms(const MapKey& key, const std::optional<std::string>& owner) {
+  const std::lock_guard lock(mutex_);
+  if (maps_.find(key)) return false;
+  return std::erase_if(prewarms_, [&](const auto& entry) {
+           const std::shared_ptr<Prewarm>& prewarm = entry.second;
+           if (prewarm->ended() || !prewarm->names(key) || (owner && prewarm->owner() != *owner)) return false;
+           prewarm->cancel();
+           scheduler_.hurry(prewarm);  // so that it waits for nobody's turn to let go of its scene
+           return true;
+         }) > 0;
 }
 
 std::shared_ptr<const Job> Jobs::job(const std::string& id) const {
@@ -382,7 +394,7 @@ void Jobs::stop() {
   {
     const std::lock_guard lock(mutex_);
     if (stopping_.exchange(true)) return;
-    stop_prewarming_.request_stop();
+    for (const auto& [spec, prewarm] : prewarms_) prewarm->cancel();
     for (const auto& [id, run] : runs_) run->drain();
   }
   scheduler_.wait_idle(kDrainTime);

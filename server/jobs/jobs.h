@@ -104,7 +104,10 @@ class Jobs {
   };
   /// Has photon maps built, behind the interactive jobs; asking again tells how far it is and queues nothing twice.
   /// Errors: those of the settings and the scene; limit_exceeded with `where` "queue"; cancelled while shutting down.
-  Result<Prewarmed> prewarm(const PrewarmSpec& spec, std::stop_token stop);
+  Result<Prewarmed> prewarm(const PrewarmSpec& spec, const std::string& owner, std::stop_token stop);
+  /// Ends the prewarming, of this owner only where one is named, that was to build a map which is not there: within a
+  /// second, and what it has built so far stays. False where there is none.
+  bool cancel_prewarms(const MapKey& key, const std::optional<std::string>& owner);
   /// The job itself, for those who look at it for long; null where there is none.
   std::shared_ptr<const Job> job(const std::string& id) const;
   /// Somebody has looked at a job just now.
@@ -156,7 +159,6 @@ class Jobs {
   mutable std::mutex mutex_;  ///< of the maps below, and of what must not happen beside a change of it
   std::map<std::string, std::shared_ptr<RunJob>> runs_;  ///< of every job that is known
   std::map<PrewarmSpec, std::shared_ptr<Prewarm>> prewarms_;  ///< not ended, and some that have
-  std::stop_source stop_prewarming_;
   std::atomic<bool> stopping_ = false;
   Scheduler scheduler_;  ///< late: its thread uses all of the above
   std::condition_variable_any tick_;

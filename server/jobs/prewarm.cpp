@@ -1,6 +1,5 @@
 #include "server/jobs/prewarm.h"
 
-#include <algorithm>
 #include <exception>
 
 namespace photond {
@@ -30,14 +29,16 @@ Status Prewarm::advance() {
     auto scene = scenes_.prepared(spec_.scene, execution_);
     if (!scene) return scene.error();
     scene_ = std::move(*scene);
-    missing_ = prewarm_keys(spec_, scene_->digest);
-    std::reverse(missing_.begin(), missing_.end());
     return Done{};
   }
   const MapKey key = missing_.back();
   missing_.pop_back();
   const auto answer = maps_.get(*scene_, key, execution_, true);
-  return answer ? Status(Done{}) : Status(answer.error());
+  if (!answer) return answer.error();
+  if (!execution_.cancelled()) return Done{};
+  // It was done just then; whoever cancelled was told that there will be none.
+  if (answer->origin == MapCache::Origin::built) maps_.erase(key);
+  return cancelled();
 }
 
 }  // namespace photond

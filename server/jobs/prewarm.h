@@ -1,8 +1,12 @@
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <compare>
 #include <cstdint>
 #include <stop_token>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/parallel.h"
@@ -26,20 +30,35 @@ std::vector<MapKey> prewarm_keys(const PrewarmSpec& spec, const Digest& content)
 /// Builds what of a specification is missing, a map in every slice.
 class Prewarm : public Slices {
  public:
-  /// The references must outlive the object.
-  Prewarm(const PrewarmSpec& spec, SceneLibrary& scenes, MapCache& maps, const Workers& workers, std::stop_token stop)
-      : spec_(spec), scenes_(scenes), maps_(maps), execution_(workers.execution(std::move(stop))) {}
+  /// `keys` are those of the specification, `owner` the id of who asks. The references must outlive the object.
+  Prewarm(const PrewarmSpec& spec, std::vector<MapKey> keys, std::string owner, SceneLibrary& scenes, MapCache& maps,
+          const Workers& workers)
+      : spec_(spec),
+        owner_(std::move(owner)),
+        keys_(std::move(keys)),
+        scenes_(scenes),
+        maps_(maps),
+        execution_(workers.execution(stop_.get_token())),
+        missing_(keys_.rbegin(), keys_.rend()) {}
 
   bool step() override;
+  std::string owner() const override { return owner_; }
   bool ended() const { return ended_; }
+  /// Whether this is to build the map of `key`, where it is not there.
+  bool names(const MapKey& key) const { return std::find(keys_.begin(), keys_.end(), key) != keys_.end(); }
+  /// Ends what computes now within a second; what has been built stays.
+  void cancel() { stop_.request_stop(); }
 
  private:
   Status advance();
 
   const PrewarmSpec spec_;
+  const std::string owner_;
+  const std::vector<MapKey> keys_;
   SceneLibrary& scenes_;
   MapCache& maps_;
-  Execution execution_;
+  std::stop_source stop_;
+  const Execution execution_;
   SceneLibrary::Prepared scene_;
   std::vector<MapKey> missing_;  ///< the next one last
   std::atomic<bool> ended_{false};

@@ -93,8 +93,36 @@ TEST_F(ServiceKeysTest, ScopesLimitWhatAKeyMayDo) {
   ASSERT_EQ(job.status, 202);
   EXPECT_EQ(get(port_, "/v1/jobs/" + json::parse(job.body)["id"].get<std::string>(), with(reader)).status, 200)
       << "all keys see all jobs";
-  EXPECT_EQ(request(port_, "DELETE", "/v1/maps/none", "", "", with(submitter)).status, 403);
-  EXPECT_EQ(request(port_, "DELETE", "/v1/maps/none", "", "", with(admin)).status, 404);
+  EXPECT_EQ(request(port_, "POST", "/v1/maps/none/pin", "", "", with(submitter)).status, 403);
+  EXPECT_EQ(request(port_, "POST", "/v1/maps/none/pin", "", "", with(admin)).status, 404);
+}
+
+TEST_F(ServiceKeysTest, MapsAreEverybodysButPrewarmingIsItsKeys) {
+  const std::string scene = upload();
+  const NewKey one = make(Scope::submit);
+  const NewKey other = make(Scope::submit);
+  const NewKey admin = make(Scope::admin);
+  const auto prewarm = [&](const std::string& fields) {
+    const Reply reply = request(port_, "POST", "/v1/maps", "{\"scene\":\"" + scene + "\"," + fields + "}",
+                                "application/json", with(one));
+    return json::parse(reply.body);
+  };
+  const auto remove = [&](const std::string& key, const NewKey& by) {
+    return request(port_, "DELETE", "/v1/maps/" + key, "", "", with(by)).status;
+  };
+  const std::string small = R"("photons_per_pass":2000)";
+  json built = prewarm(small);
+  for (int i = 0; i < 600 && built["ready"] != 2; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    built = prewarm(small);
+  }
+  const std::string ready = built["keys"].back();
+  const std::string waiting = prewarm(R"("photons_per_pass":1000000,"passes":64)")["keys"].back();
+  EXPECT_EQ(remove(ready, one), 403);
+  EXPECT_EQ(remove(waiting, other), 404) << "for another key there is no such map";
+  EXPECT_EQ(remove(waiting, one), 204);
+  EXPECT_EQ(remove(waiting, one), 404);
+  EXPECT_EQ(remove(ready, admin), 204);
 }
 
 TEST_F(ServiceKeysTest, ASubmitKeyChangesOnlyWhatCameWithIt) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <ctime>
 #include <thread>
 
 #include "tests/server/service_fixture.h"
@@ -111,6 +112,28 @@ TEST_F(ServiceMapsTest, PinsAndEvictions) {
   EXPECT_EQ(request(port_, "POST", "/v1/maps/nonsense/pin").status, 404);
   restart();
   EXPECT_EQ(map_list().size(), 1u) << "the guide";
+}
+
+TEST_F(ServiceMapsTest, DeletingAMapThatIsYetToBeBuiltEndsThePrewarming) {
+  const std::string scene = upload();
+  const std::string many = R"({"scene":")" + scene + R"(","photons_per_pass":1000000,"passes":64})";
+  const json asked = json::parse(post_json(port_, "/v1/maps", many).body);
+  ASSERT_EQ(asked["keys"].size(), 65u);
+  while (map_list().size() < 2) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const std::string last = asked["keys"].back();
+  ASSERT_EQ(request(port_, "DELETE", "/v1/maps/" + last).status, 204);
+  EXPECT_EQ(request(port_, "DELETE", "/v1/maps/" + last).status, 404) << "nobody is to build it any more";
+  // What computes may take a second to notice.
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const json left = maps();
+  EXPECT_LT(left["maps"].size(), 64u);
+  const std::clock_t before = std::clock();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  const double cpu_seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  EXPECT_LT(cpu_seconds, 0.1) << "something is left running";
+  EXPECT_EQ(maps()["maps"], left["maps"]);
+  EXPECT_EQ(post_json(port_, "/v1/maps", many).status, 202) << "asking again begins again";
+  EXPECT_EQ(request(port_, "DELETE", "/v1/maps/" + last).status, 204);
 }
 
 TEST_F(ServiceMapsTest, PrewarmingMistakesAreNamed) {
