@@ -2,7 +2,6 @@
 // picture must have the bits of an undisturbed one. PHOTOND_KILLS says how often (./run faults).
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
 
 #include <atomic>
 #include <iostream>
@@ -12,6 +11,7 @@
 #include <set>
 #include <thread>
 
+#include "tests/cli/daemon.h"
 #include "tests/cli/program.h"
 #include "tests/server/http_client.h"
 #include "tests/server/small_scene.h"
@@ -22,68 +22,6 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
-
-/// A photond of the test's own on a data directory.
-class Daemon {
- public:
-  explicit Daemon(std::string data) : data_(std::move(data)) {}
-  ~Daemon() { end(SIGKILL); }
-
-  /// Returns once it answers; false where it does not start.
-  bool start() {
-    const std::string out = folder_.file("out" + std::to_string(++starts_));
-    pid_ = spawn_photond({"serve", "--port", "0", "--threads", "2", "--data", data_, "--log-level", "warning"}, out,
-                         folder_.file("err"));
-    const Clock::time_point deadline = Clock::now() + 60s;
-    while (Clock::now() < deadline) {
-      const std::string said = read_text(out);
-      if (const std::size_t at = said.find("http://127.0.0.1:"); at != std::string::npos && said.find('\n') != std::string::npos) {
-        port = std::stoi(said.substr(at + 17));
-        return true;
-      }
-      if (::waitpid(pid_, nullptr, WNOHANG) != 0) break;
-      std::this_thread::sleep_for(5ms);
-    }
-    ADD_FAILURE() << "photond does not start: " << read_text(folder_.path() / "err");
-    return false;
-  }
-
-  /// Ends it by a signal; returns what waitpid says.
-  int end(int signal) {
-    if (pid_ <= 0) return 0;
-    port = 0;
-    ::kill(pid_, signal);
-    int status = 0;
-    ::waitpid(pid_, &status, 0);
-    pid_ = -1;
-    return status;
-  }
-
-  std::atomic<int> port{0};
-
- private:
-  const std::string data_;
-  const TemporaryFolder folder_;
-  int starts_ = 0;
-  pid_t pid_ = -1;
-};
-
-/// One request; status 0 where no whole answer came.
-Reply ask(int port, const std::string& method, const std::string& target, const std::string& body = {},
-          const std::string& type = "application/json") {
-  if (port == 0) return {};
-  Connection connection(port);
-  if (!connection.connected()) return {};
-  std::string head = method + " " + target + " HTTP/1.1\r\nHost: 127.0.0.1\r\n";
-  if (!body.empty()) head += "Content-Type: " + type + "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n";
-  connection.send(head + "\r\n" + body);
-  Reply reply = parse_reply(connection.read_all());
-  const auto length = reply.headers.find("content-length");
-  const bool whole = length == reply.headers.end() || length->second == std::to_string(reply.body.size());
-  return whole ? reply : Reply{};
-}
-
-json parsed(const Reply& reply) { return json::parse(reply.body, nullptr, false); }
 
 /// A kind of job: it is submitted to stop at `first` and, where that is not its end, extended to `last`.
 struct Kind {
