@@ -3,8 +3,8 @@ import type { FrameKey } from './frames';
 import { fetch_with_key } from './key';
 import { WireError, type Parser } from './parse';
 import {
-  parse_info, parse_job, parse_jobs, parse_problem, parse_report, parse_scenes, parse_series,
-  type Job, type JobRequest, type Problem, type SceneReport,
+  parse_environment, parse_environments, parse_info, parse_job, parse_jobs, parse_problem, parse_report, parse_scenes,
+  parse_series, type Environment, type Job, type JobRequest, type Problem, type SceneReport,
 } from './wire';
 
 /** Why a request brought nothing: the server did not answer, or answered with a problem. */
@@ -28,6 +28,10 @@ export const api = {
   series: (id: string) => ask(`v1/jobs/${id}/series`, parse_series),
   upload: (file: Blob, media_type: string): Promise<Answer<SceneReport>> =>
     ask('v1/scenes', parse_report, { method: 'POST', body: file, headers: { 'Content-Type': media_type } }),
+  environments: () => ask('v1/environments', parse_environments),
+  upload_environment: (file: Blob): Promise<Answer<Environment>> =>
+    ask('v1/environments', parse_environment,
+      { method: 'POST', body: file, headers: { 'Content-Type': 'application/octet-stream' } }),
   submit: (job: JobRequest): Promise<Answer<Job>> =>
     ask('v1/jobs', parse_job, json_post(job)),
   /** What needs no more than the job. */

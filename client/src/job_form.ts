@@ -1,6 +1,7 @@
 import type { Failure } from './api';
 import { describe } from './api';
 import { by_id, make, set_children, set_text } from './dom';
+import { EnvironmentField } from './environment_field';
 import { kMethodHints, kMethodNames } from './names';
 import { SceneReportView } from './scene_report';
 import { chosen_report, scene_title, type State } from './state';
@@ -8,6 +9,8 @@ import type { JobRequest, Method, Scene } from './wire';
 
 export interface JobFormHandlers {
   on_scene(id: string): void;
+  on_environment(id: string | null): void;
+  /** A scene or an environment map. */
   on_file(file: File): void;
   on_submit(request: JobRequest): void;
 }
@@ -15,6 +18,10 @@ export interface JobFormHandlers {
 /** Fields by the JSON pointer of what they set: the input to mark, and where the message goes. */
 const kFields: Record<string, { input: string; error: string }> = {
   '/scene': { input: 'scene', error: 'scene-error' },
+  '/environment': { input: 'environment', error: 'environment-error' },
+  '/environment/id': { input: 'environment', error: 'environment-error' },
+  '/environment/rotation_deg': { input: 'environment-rotation', error: 'environment-error' },
+  '/environment/scale': { input: 'environment-scale', error: 'environment-error' },
   '/camera': { input: 'camera', error: 'camera-error' },
   '/film': { input: 'width', error: 'film-error' },
   '/film/width': { input: 'width', error: 'film-error' },
@@ -36,10 +43,12 @@ export class JobForm {
   private readonly start = by_id('start', HTMLButtonElement);
   private readonly failure = by_id('form-error', HTMLElement);
   private readonly report = new SceneReportView();
+  private readonly environment: EnvironmentField;
   /** What method auto would choose for the chosen scene. */
   private planned: Method | null = null;
 
   constructor(private readonly handlers: JobFormHandlers) {
+    this.environment = new EnvironmentField((id) => handlers.on_environment(id));
     this.scene.addEventListener('change', () => handlers.on_scene(this.scene.value));
     this.form.addEventListener('submit', (event) => this.submit(event));
     this.form.addEventListener('change', () => this.show_hint());
@@ -55,6 +64,7 @@ export class JobForm {
     if (state.scene !== null) this.scene.value = state.scene;
     const report = chosen_report(state);
     this.report.render(report);
+    this.environment.render(state);
     const cameras = report && typeof report !== 'string' ? report.cameras : [];
     set_children(this.camera, JSON.stringify([state.scene, cameras]), () =>
       cameras.map((name, index) => make('option', { value: String(index) }, name || `Camera ${index + 1}`)));
@@ -69,7 +79,12 @@ export class JobForm {
     set_text(this.start, busy ? 'Starting …' : 'Start');
   }
 
-  /** How an upload goes; `failed` where it did not work. */
+  /** How the upload of an environment goes. */
+  show_environment_upload(text: string, failed = false): void {
+    this.environment.show_upload(text, failed);
+  }
+
+  /** How that of a scene goes; `failed` where it did not work. */
   show_upload(text: string, failed = false): void {
     const status = by_id('upload-status', HTMLElement);
     status.dataset['failed'] = String(failed);
@@ -101,6 +116,7 @@ export class JobForm {
     if (given('stop-relative')) stop.relative_error = value_of('stop-relative') / 100;
     return {
       scene: this.scene.value,
+      environment: this.environment.read(),
       camera: Math.max(0, this.camera.selectedIndex),
       film: { width: value_of('width'), height: value_of('height') },
       method: this.method(),
@@ -150,15 +166,16 @@ function scene_option(scene: Scene): HTMLOptionElement {
   return make('option', { value: scene.id }, scene_title(scene));
 }
 
-/** Files come by the file field or by dropping them anywhere on the page. */
+/** Files come by the file fields or by dropping them anywhere on the page. */
 function take_files(on_file: (file: File) => void): void {
-  const input = by_id('file', HTMLInputElement);
-  input.addEventListener('change', () => {
-    const file = input.files?.[0];
-    input.value = ''; // so that the same file may be chosen again
-    if (file) on_file(file);
-  });
-  const targets = [by_id('stage', HTMLElement), by_id('drop', HTMLElement)];
+  for (const input of [by_id('file', HTMLInputElement), by_id('environment-file', HTMLInputElement)]) {
+    input.addEventListener('change', () => {
+      const file = input.files?.[0];
+      input.value = ''; // so that the same file may be chosen again
+      if (file) on_file(file);
+    });
+  }
+  const targets = ['stage', 'drop', 'environment-drop'].map((id) => by_id(id, HTMLElement));
   const mark = (dropping: boolean) => targets.forEach((target) => target.toggleAttribute('data-dropping', dropping));
   const has_files = (event: DragEvent) => event.dataTransfer?.types.includes('Files') ?? false;
   addEventListener('dragover', (event) => {

@@ -22,7 +22,8 @@ const panel = new JobPanel((id, action) => void act(id, action));
 const list = new JobList();
 const form = new JobForm({
   on_scene: (scene) => choose_scene(scene),
-  on_file: (file) => void upload(file),
+  on_environment: (environment) => dispatch({ type: 'environment_chosen', environment }),
+  on_file: (file) => void (/\.(exr|hdr)$/i.test(file.name) ? upload_environment(file) : upload(file)),
   on_submit: (request) => void submit(request),
 });
 const frames = new FrameLoader(load_frame, (picture, key) => {
@@ -72,13 +73,16 @@ function note_failure(failure: Failure): void {
 /** Brings everything up to date; events tell of what comes after. */
 async function load_all(): Promise<void> {
   if (state.watched !== null) void load_watched(state.watched);
-  const [info, scenes, jobs] = await Promise.all([api.info(), api.scenes(), api.jobs()]);
+  const [info, scenes, environments, jobs] =
+    await Promise.all([api.info(), api.scenes(), api.environments(), api.jobs()]);
   if (info.ok) dispatch({ type: 'info', info: info.value });
   else note_failure(info.failure);
   if (jobs.ok) dispatch({ type: 'jobs', jobs: jobs.value });
   else note_failure(jobs.failure);
   if (scenes.ok) dispatch({ type: 'scenes', scenes: scenes.value });
   else note_failure(scenes.failure);
+  if (environments.ok) dispatch({ type: 'environments', environments: environments.value });
+  else note_failure(environments.failure);
   if (state.scene !== null) await load_report(state.scene);
 }
 
@@ -94,9 +98,28 @@ async function load_report(scene: string): Promise<void> {
   else if (report.failure.kind === 'problem') dispatch({ type: 'report', scene, report: describe(report.failure) });
 }
 
-async function upload(file: File): Promise<void> {
+/** Why the server would not take it. */
+function too_large(file: File): string | null {
   const limit = state.info?.limits.max_upload_bytes;
-  if (limit && file.size > limit) return form.show_upload(`${file.name} is larger than the server accepts.`, true);
+  return limit && file.size > limit ? `${file.name} is larger than the server accepts.` : null;
+}
+
+async function upload_environment(file: File): Promise<void> {
+  const refused = too_large(file);
+  if (refused) return form.show_environment_upload(refused, true);
+  form.show_environment_upload(`Sending ${file.name} …`);
+  const answer = await api.upload_environment(file);
+  if (answer.ok) {
+    form.show_environment_upload(`${file.name} is ready.`);
+    dispatch({ type: 'environment_added', environment: { ...answer.value, name: file.name } });
+  } else {
+    form.show_environment_upload(`${file.name}: ${describe(answer.failure)}`, true);
+  }
+}
+
+async function upload(file: File): Promise<void> {
+  const refused = too_large(file);
+  if (refused) return form.show_upload(refused, true);
   form.show_upload(`Sending ${file.name} …`);
   const answer = await api.upload(file, media_type_of(file.name));
   if (answer.ok) {

@@ -1,4 +1,4 @@
-import { is_terminal, type Info, type Job, type JobEvent, type Scene, type SceneReport, type SeriesPoint } from './wire';
+import { is_terminal, type Environment, type Info, type Job, type JobEvent, type Scene, type SceneReport, type SeriesPoint } from './wire';
 
 /** Everything the page shows, apart from the pixels of the picture and what is typed into the form. */
 export interface State {
@@ -8,6 +8,9 @@ export interface State {
   scenes: Scene[];
   /** The id of the scene that is chosen in the form. */
   scene: string | null;
+  environments: Environment[];
+  /** The id of the environment that is chosen in the form; null: the scene's own. */
+  environment: string | null;
   /** Reports fetched so far, or why there is none, by scene id. */
   reports: Record<string, SceneReport | string>;
   /** Newest first. */
@@ -23,7 +26,8 @@ export interface State {
 }
 
 export const kInitialState: State = {
-  server: 'connecting', info: null, scenes: [], scene: null, reports: {}, jobs: [],
+  server: 'connecting', info: null, scenes: [], scene: null, environments: [], environment: null,
+  reports: {}, jobs: [],
   watched: null, watched_missing: false, series: [], notice: null,
 };
 
@@ -33,6 +37,9 @@ export type Action =
   | { type: 'scenes'; scenes: Scene[] }
   | { type: 'scene_chosen'; scene: string }
   | { type: 'scene_added'; report: SceneReport }
+  | { type: 'environments'; environments: Environment[] }
+  | { type: 'environment_chosen'; environment: string | null }
+  | { type: 'environment_added'; environment: Environment }
   | { type: 'report'; scene: string; report: SceneReport | string }
   | { type: 'jobs'; jobs: Job[] }
   | { type: 'job'; job: Job }
@@ -50,6 +57,9 @@ export function reduce(state: State, action: Action): State {
     case 'scenes': return with_scenes(state, action.scenes);
     case 'scene_chosen': return { ...state, scene: action.scene };
     case 'scene_added': return with_added_scene(state, action.report);
+    case 'environments': return with_environments(state, action.environments);
+    case 'environment_chosen': return { ...state, environment: action.environment };
+    case 'environment_added': return with_added_environment(state, action.environment);
     case 'report': return { ...state, reports: { ...state.reports, [action.scene]: action.report } };
     case 'jobs': return with_jobs(state, action.jobs);
     case 'job': return with_job(state, action.job);
@@ -98,6 +108,25 @@ function with_added_scene(state: State, report: SceneReport): State {
   const known = state.scenes.some((scene) => scene.id === report.id);
   const scenes = known ? state.scenes : [...state.scenes, report];
   return { ...state, scenes, scene: report.id, reports: { ...state.reports, [report.id]: report } };
+}
+
+/** `sky.hdr, 2048 × 1024`. */
+export function environment_title({ id, name, width, height }: Environment): string {
+  return `${name || `map ${id.slice(0, 8)}`}, ${width} × ${height}`;
+}
+
+function with_environments(state: State, environments: Environment[]): State {
+  // As of scenes: the names are those of this visit.
+  const named = environments.map((map) => ({
+    ...map, name: state.environments.find((known) => known.id === map.id)?.name ?? '',
+  }));
+  const chosen = environments.some((map) => map.id === state.environment) ? state.environment : null;
+  return { ...state, environments: named, environment: chosen };
+}
+
+function with_added_environment(state: State, environment: Environment): State {
+  const others = state.environments.filter((known) => known.id !== environment.id);
+  return { ...state, environments: [...others, environment], environment: environment.id };
 }
 
 function with_jobs(state: State, jobs: Job[]): State {

@@ -39,6 +39,22 @@ export interface SceneReport extends Scene {
   warnings: string[];
 }
 
+/** A map of the light from around. */
+export interface Environment {
+  id: string;
+  /** Of the file, where it was uploaded from this page; the server keeps none. */
+  name: string;
+  width: number;
+  height: number;
+}
+
+/** Which map, by how much it is turned about the vertical, and the factor of its radiance. */
+export interface EnvironmentChoice {
+  id: string;
+  rotation_deg: number;
+  scale: number;
+}
+
 export interface Plan {
   method: Method;
   /** The method does not converge to the right picture. */
@@ -116,6 +132,7 @@ export interface Problem {
 /** What is sent to start a job. */
 export interface JobRequest {
   scene: string;
+  environment: EnvironmentChoice | null;
   camera: number;
   film: { width: number; height: number };
   method: Method;
@@ -220,6 +237,13 @@ export const parse_info: Parser<Info> = object<Info>({
 const scene = object<Scene>({ id: text, name: text, bytes: count, sample: flag });
 
 export const parse_scenes: Parser<Scene[]> = (value, pointer) => object({ scenes: list(scene) })(value, pointer).scenes;
+
+const environment = object({ id: text, width: count, height: count });
+
+export const parse_environment: Parser<Environment> = (value, pointer) => ({ ...environment(value, pointer), name: '' });
+
+export const parse_environments: Parser<Environment[]> = (value, pointer) =>
+  object({ environments: list(parse_environment) })(value, pointer).environments;
 
 const vector: Parser<[number, number, number]> = (value, pointer) => {
   const [x, y, z, ...more] = list(number)(value, pointer);

@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { kInitialState, reduce, scene_name, watched_job, type Action, type State } from '../src/state';
+import { environment_title, kInitialState, reduce, scene_name, watched_job, type Action, type State } from '../src/state';
 import { parse_report, type Scene } from '../src/wire';
 import { a_job, an_event, scene_message } from './messages';
 
@@ -89,5 +89,28 @@ describe('scenes', () => {
     expect(state.scene).toBe('c');
     expect(scene_name(state, 'c')).toBe('mine.glb');
     expect(scene_name(state, 'd'.repeat(64))).toBe('scene dddddddd');
+  });
+});
+
+describe('environments', () => {
+  const sky = { id: 'cd'.repeat(32), name: 'sky.hdr', width: 8, height: 4 };
+  const listed = { ...sky, name: '' };
+
+  it('are chosen once uploaded, and keep the name of their file', () => {
+    const state = after(kInitialState, { type: 'environment_added', environment: sky }, { type: 'environments', environments: [listed] });
+    expect(state).toMatchObject({ environment: sky.id, environments: [sky] });
+    expect(environment_title(sky)).toBe('sky.hdr, 8 × 4');
+    expect(environment_title(listed)).toBe('map cdcdcdcd, 8 × 4');
+  });
+
+  it('are listed once though uploaded twice', () => {
+    const state = after(kInitialState, { type: 'environment_added', environment: sky }, { type: 'environment_added', environment: { ...sky, name: 'same.hdr' } });
+    expect(state.environments.map(({ name }) => name)).toEqual(['same.hdr']);
+  });
+
+  it('are left for the scene\'s own when the server has forgotten them, or when nobody wants one', () => {
+    const chosen = after(kInitialState, { type: 'environment_added', environment: sky });
+    expect(after(chosen, { type: 'environments', environments: [] }).environment).toBeNull();
+    expect(after(chosen, { type: 'environment_chosen', environment: null })).toMatchObject({ environment: null, environments: [sky] });
   });
 });

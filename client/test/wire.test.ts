@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { WireError } from '../src/parse';
-import { parse_event, parse_job, parse_jobs, parse_info, parse_problem, parse_report, parse_scenes, parse_series } from '../src/wire';
+import { parse_environments, parse_event, parse_job, parse_jobs, parse_info, parse_problem, parse_report, parse_scenes, parse_series } from '../src/wire';
 import { a_job, an_event, event_message, job_message, scene_message } from './messages';
 
 function pointer_of_failure(parse: () => unknown): string {
@@ -86,6 +86,12 @@ describe('the other messages', () => {
     const info = { name: 'photond', version: '0.1.0', limits: { max_upload_bytes: 100, max_streams: 2 } };
     expect(parse_info(info, '')).toEqual({ version: '0.1.0', limits: { max_upload_bytes: 100 } });
     expect(pointer_of_failure(() => parse_info({ version: '1' }, ''))).toBe('/limits');
+  });
+
+  it('takes environments', () => {
+    const map = { id: 'cd'.repeat(32), media_type: 'image/x-exr', bytes: 9, width: 8, height: 4, warnings: [], created_at: '' };
+    expect(parse_environments({ environments: [map] }, '')).toEqual([{ id: map.id, name: '', width: 8, height: 4 }]);
+    expect(pointer_of_failure(() => parse_environments({ environments: [{ ...map, width: '8' }] }, ''))).toBe('/environments/0/width');
   });
 
   it('takes events', () => {

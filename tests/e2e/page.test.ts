@@ -94,6 +94,39 @@ describe('a picture', () => {
     expect(exr.bytes.subarray(0, 4).toString('hex')).toBe('762f3101');
   });
 
+  it('is lit from around by a chosen map, turned and scaled', async () => {
+    const plain = await start_job(page, { width: 32, height: 24, passes: 4 });
+    const before = await shown_where(page, (picture) => picture.job === plain);
+    expect(await page.locator('#environment-rotation').isVisible()).toBe(false);
+
+    const pixels = Buffer.from('80808081'.repeat(8 * 4), 'hex');
+    const sky = Buffer.concat([Buffer.from('#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n'), pixels]);
+    await page.setInputFiles('#environment-file', { name: 'sky.hdr', mimeType: '', buffer: sky });
+    await page.getByText('sky.hdr is ready.').waitFor();
+    expect(await page.locator('#environment option:checked').textContent()).toBe('sky.hdr, 8 × 4');
+    await page.fill('#environment-rotation', '90');
+    await page.fill('#environment-scale', '3');
+    await page.screenshot({ path: join(kPictures, 'environment.png'), fullPage: true });
+    const lit = await start_job(page, { width: 32, height: 24, passes: 4 });
+    const after = await shown_where(page, (picture) => picture.job === lit);
+    expect(after.mean).toBeGreaterThan(before.mean);
+    const { spec } = await (await fetch(`${photond.url}v1/jobs/${lit}`)).json() as { spec: { environment: unknown } };
+    expect(spec.environment).toMatchObject({ rotation_deg: 90, scale: 3 });
+
+    await page.setViewportSize({ width: 390, height: 844 });
+    expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBe(390);
+    await page.screenshot({ path: join(kPictures, 'environment_phone.png'), fullPage: true });
+    await page.selectOption('#environment', '');
+    expect(await page.locator('#environment-scale').isVisible()).toBe(false);
+  });
+
+  it('is said at the surroundings when they are not a map of light', async () => {
+    expected_errors = [/status of 422/];
+    await drop('letter.exr', Buffer.from('Dear Sir'));
+    await page.locator('#environment-status[data-failed="true"]').waitFor();
+    expect(await page.textContent('#environment-status')).toMatch(/^letter\.exr: .+\.$/);
+  });
+
   it('ends as the very pixels of the final PNG', async () => {
     const job = await start_job(page, { width: 32, height: 24, passes: 3 });
     await wait_for_state(page, 'succeeded');
