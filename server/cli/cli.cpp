@@ -206,11 +206,12 @@ CLI::App* add_key(CLI::App& app, KeyCommand& command) {
   key->require_subcommand(1);
   const auto add_action = [&](const char* name, const char* description, KeyCommand::Action action) {
     CLI::App* const one = key->add_subcommand(name, description);
-    one->add_option("--data", command.data, "Folder of the service")->required();
+    one->add_option("--data", command.data, "Folder of the service (default: as of serve)");
     one->callback([&command, action] { command.action = action; });
     return one;
   };
   CLI::App* const create = add_action("create", "Print a new key; it is shown this once", KeyCommand::Action::create);
+  command.data = default_data_directory();
   create->add_option("--scope", command.scope, "read: look; submit: and upload, render, and change what came with it; admin: and change everything")
       ->required()
       ->check(CLI::IsMember({"read", "submit", "admin"}).description(""));

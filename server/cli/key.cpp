@@ -61,6 +61,7 @@ int revoke(const KeyFile& file, const std::string& id) {
 }  // namespace
 
 int run_key(const KeyCommand& command) {
+  if (command.data.empty()) return print_usage_error("there is no home folder; name the service's with --data");
   const KeyFile file{std::filesystem::path(command.data)};
   if (command.action == KeyCommand::Action::create) return create(file, command);
   return command.action == KeyCommand::Action::list ? list(file) : revoke(file, command.id);
