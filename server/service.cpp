@@ -32,6 +32,7 @@ JobLimits job_limits(const ServiceOptions& options) {
   limits.max_live_jobs = options.max_live_jobs;
   limits.max_kept_jobs = options.max_kept_jobs;
   limits.watch_time = options.watch_time;
+  limits.drain_time = options.drain_time * 5 / 6;  // the rest for the connections
   limits.disk = {options.disk_quota_bytes, options.disk_reserve_bytes};
   return limits;
 }

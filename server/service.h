@@ -33,6 +33,7 @@ struct ServiceOptions {
   int max_uploads = 8;                   ///< at once; each may take max_upload_bytes of memory
   int max_requests = 64;                 ///< other requests at once
   std::chrono::milliseconds watch_time{30'000};  ///< after somebody has looked at a job its pictures are published
+  std::chrono::milliseconds drain_time{18'000};  ///< what `stop` should take at most; who calls it sees to that
   std::chrono::milliseconds patience{10'000};  ///< for a request's head to arrive, and again for a small body
 };
 
@@ -52,7 +53,8 @@ class Service {
   /// `http://host:port/`
   std::string url() const;
   /// Refuses new work, writes down the running jobs, which the next start takes up again, ends streams and joins all
-  /// threads; at most 20 seconds. May be called more than once, from any thread that serves no request.
+  /// threads. Within ServiceOptions::drain_time, unless something that cannot be interrupted takes longer: then the
+  /// process may be ended, and the jobs go on from their last checkpoints. May be called more than once, from any thread that serves no request.
   void stop();
 
  private:

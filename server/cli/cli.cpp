@@ -188,6 +188,13 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
       ->capture_default_str();
   serve->add_option("--max-streams", options.max_streams, "Event streams and long polls at once")
       ->capture_default_str();
+  serve->add_option_function<double>(
+           "--drain-seconds",
+           [&options](const double& seconds) {
+             options.drain_time = std::chrono::milliseconds(static_cast<std::int64_t>(1000 * seconds));
+           },
+           "For running jobs to be put away after SIGTERM; the process then ends all the same (default: 18)")
+      ->check(CLI::Range(0.0, 3600.0).description(""));
   const std::map<std::string, LogLevel> levels{{"debug", LogLevel::debug},
                                                {"info", LogLevel::info},
                                                {"warning", LogLevel::warning},
@@ -204,6 +211,7 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
 CLI::App* add_key(CLI::App& app, KeyCommand& command) {
   CLI::App* const key = app.add_subcommand("key", "Make, list and revoke the keys that clients of a service need");
   key->require_subcommand(1);
+  command.data = default_data_directory();
   const auto add_action = [&](const char* name, const char* description, KeyCommand::Action action) {
     CLI::App* const one = key->add_subcommand(name, description);
     one->add_option("--data", command.data, "Folder of the service (default: as of serve)");
@@ -211,7 +219,6 @@ CLI::App* add_key(CLI::App& app, KeyCommand& command) {
     return one;
   };
   CLI::App* const create = add_action("create", "Print a new key; it is shown this once", KeyCommand::Action::create);
-  command.data = default_data_directory();
   create->add_option("--scope", command.scope, "read: look; submit: and upload, render, and change what came with it; admin: and change everything")
       ->required()
       ->check(CLI::IsMember({"read", "submit", "admin"}).description(""));

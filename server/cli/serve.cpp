@@ -1,7 +1,12 @@
 #include <sys/resource.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <iostream>
+#include <mutex>
+#include <thread>
 
 #include "server/cli/cli.h"
 #include "server/cli/commands.h"
@@ -19,6 +24,20 @@ void raise_descriptor_limit() {
   setrlimit(RLIMIT_NOFILE, &files);
 }
 
+/// Ends the process, with all its threads as they are, if the returned object still lives after `time`.
+std::jthread watch_drain(std::chrono::milliseconds time) {
+  return std::jthread([time](const std::stop_token& stop) {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any never;
+    never.wait_for(lock, stop, time, [] { return false; });
+    if (stop.stop_requested()) return;
+    LogLine(LogLevel::warning, "drain_cut").with("seconds", std::chrono::duration<double>(time).count());
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // for the log, which might wait for its reader for ever
+    _exit(kExitCut);
+  });
+}
+
 }  // namespace
 
 int run_serve(const ServiceOptions& options, LogLevel log_level) {
@@ -26,14 +45,15 @@ int run_serve(const ServiceOptions& options, LogLevel log_level) {
   Interrupt interrupt;  // before any thread, which would take its signals
   begin_log(log_level, stderr);
   std::signal(SIGPIPE, SIG_IGN);  // a client that hangs up is an error of one write, not of the program
-  const auto service = Service::start(options);
+  auto service = Service::start(options);
   if (!service) {
     print_failure("cannot serve", service.error());
     return service.error().code == ErrorCode::invalid_input ? kExitUsage : kExitFailure;
   }
   std::cout << "photond " PHOTOND_VERSION " serves " << (*service)->url() << std::endl;
   interrupt.wait();
-  (*service)->stop();
+  const std::jthread watch = watch_drain(options.drain_time);
+  service->reset();
   end_log();
   return kExitOk;
 }

@@ -397,7 +397,7 @@ void Jobs::stop() {
     for (const auto& [spec, prewarm] : prewarms_) prewarm->cancel();
     for (const auto& [id, run] : runs_) run->drain();
   }
-  scheduler_.wait_idle(kDrainTime);
+  scheduler_.wait_idle(limits_.drain_time);
   scheduler_.stop();
 }
 

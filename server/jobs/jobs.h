@@ -39,6 +39,7 @@ struct JobLimits {
   int max_live_jobs = 256;
   int max_kept_jobs = 1024;
   std::chrono::milliseconds watch_time{30'000};
+  std::chrono::milliseconds drain_time{15'000};  ///< for the running jobs to be put away when the service ends
   DiskLimits disk;
 };
 
@@ -126,13 +127,11 @@ class Jobs {
                               FrameLayer layer = FrameLayer::radiance) const;
 
   /// Refuses new work, puts the running jobs back into the queue with their passes kept, and ends the render thread.
-  /// What is not put away after `kDrainTime` goes on from its last checkpoint at the next start.
+  /// What is not put away after the drain time goes on from its last checkpoint at the next start.
   void stop();
   bool stopping() const { return stopping_; }
 
  private:
-  static constexpr std::chrono::seconds kDrainTime{15};
-
   std::shared_ptr<RunJob> find(const std::string& id) const;
   std::shared_ptr<RunJob> make_run(JobRecord record);
   Status check_room(const Owner& owner) const;
