@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -100,8 +101,11 @@ class Api {
  private:
   /// Submits a job, unless a request of this idempotency key was answered before or is being answered.
   Response submit_once(const Request& request, const JobSpec& spec, const std::string& key);
-  /// 403 where the job is another's; 412 where If-Match names another version of it than there is.
-  std::optional<Response> refused_change(const Request& request) const;
+  using JobChange = std::function<Result<JobRecord>(const std::string& id, const Jobs::Guard& guard)>;
+  /// Makes a change that the caller may make, of the version that If-Match names.
+  Response change_job(const Request& request, const JobChange& change);
+  /// 403 where the job is another's.
+  std::optional<Response> foreign_job(const Request& request) const;
   Response latest_frame(const Request& request, const FrameWish& wish) const;
   Response set_pinned(const Request& request, bool pinned);
   Response frame_response(const std::string& id, std::uint32_t revision, const FrameWish& wish) const;

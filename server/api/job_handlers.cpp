@@ -18,6 +18,14 @@ Response job_response(const JobRecord& job, int status = 200) {
   return response;
 }
 
+/// That the job is what If-Match names, where the request has one.
+Job::Guard unchanged(const Request& request) {
+  return [wanted = request.header("if-match")](const JobRecord& job) -> Status {
+    if (wanted.empty() || names_etag(wanted, job_etag(job), false)) return Done{};
+    return failed_match();
+  };
+}
+
 Response accepted(const std::string& id, Response response) {
   response.headers.emplace_back("Location", "/v1/jobs/" + id);
   return response;
@@ -140,45 +148,46 @@ Response Api::get_job(const Request& request) const {
 }
 
 Response Api::cancel_job(const Request& request) {
-  if (auto refused = refused_change(request)) return std::move(*refused);
-  const Result<JobRecord> job = jobs_.cancel(request.captures[0]);
-  return job ? job_response(*job, 202) : problem(job.error());
+  return change_job(request, [this](const auto& id, const auto& guard) { return jobs_.cancel(id, guard); });
 }
 
 Response Api::pause_job(const Request& request) {
-  if (auto refused = refused_change(request)) return std::move(*refused);
-  const Result<JobRecord> job = jobs_.pause(request.captures[0]);
-  return job ? job_response(*job, 202) : problem(job.error());
+  return change_job(request, [this](const auto& id, const auto& guard) { return jobs_.pause(id, guard); });
 }
 
 Response Api::resume_job(const Request& request) {
-  if (auto refused = refused_change(request)) return std::move(*refused);
-  const Result<JobRecord> job = jobs_.resume(request.captures[0]);
-  return job ? job_response(*job, 202) : problem(job.error());
+  return change_job(request, [this](const auto& id, const auto& guard) { return jobs_.resume(id, guard); });
 }
 
 Response Api::extend_job(const Request& request) {
-  if (auto refused = refused_change(request)) return std::move(*refused);
-  const Result<JobRecord> job = jobs_.extend(request.captures[0], parse_stop(*request.json), request.caller.owner());
-  return job ? job_response(*job, 202) : problem(job.error());
+  return change_job(request, [&](const auto& id, const auto& guard) {
+    return jobs_.extend(id, parse_stop(*request.json), request.caller.owner(), guard);
+  });
 }
 
 Response Api::retry_job(const Request& request) {
-  if (auto refused = refused_change(request)) return std::move(*refused);
-  const Result<JobRecord> job = jobs_.retry(request.captures[0], request.caller.owner());
+  return change_job(request, [&](const auto& id, const auto& guard) {
+    return jobs_.retry(id, request.caller.owner(), guard);
+  });
+}
+
+Response Api::change_job(const Request& request, const JobChange& change) {
+  if (auto refused = foreign_job(request)) return std::move(*refused);
+  const Result<JobRecord> job = change(request.captures[0], unchanged(request));
   return job ? job_response(*job, 202) : problem(job.error());
 }
 
-std::optional<Response> Api::refused_change(const Request& request) const {
+std::optional<Response> Api::foreign_job(const Request& request) const {
   const auto job = store_.job(request.captures[0]);
   if (!job) return std::nullopt;  // for the jobs to tell
-  if (auto refused = failed_ownership(request, job->owner)) return refused;
-  return failed_match(request, job_etag(*job));
+  return failed_ownership(request, job->owner);
 }
 
 Response Api::delete_job(const Request& request) {
-  if (auto refused = refused_change(request)) return std::move(*refused);
-  if (const Status removed = jobs_.remove(request.captures[0]); !removed) return problem(removed.error());
+  if (auto refused = foreign_job(request)) return std::move(*refused);
+  if (const Status removed = jobs_.remove(request.captures[0], unchanged(request)); !removed) {
+    return problem(removed.error());
+  }
   Response response;
   response.status = 204;
   return response;

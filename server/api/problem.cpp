@@ -1,11 +1,12 @@
 #include "server/api/problem.h"
 
 #include "server/api/json.h"
-#include "server/api/query.h"
 
 namespace photond {
 
 namespace {
+
+constexpr const char* kIfMatch = "If-Match";
 
 const char* title_of(int status) {
   switch (status) {
@@ -135,13 +136,10 @@ std::optional<Response> failed_ownership(const Request& request, const std::stri
   return problem(403, "not_yours", "this came with another key; only that one, or one of scope admin, may change it");
 }
 
-std::optional<Response> failed_match(const Request& request, const std::string& etag) {
-  const std::string wanted = request.header("if-match");
-  if (wanted.empty() || names_etag(wanted, etag, false)) return std::nullopt;
-  return problem(412, "changed", "this is not the version that If-Match names any more", "If-Match");
-}
+Error failed_match() { return invalid_input("this is not the version that If-Match names any more", kIfMatch); }
 
 Response problem(const Error& error) {
+  if (error.where == kIfMatch) return problem(412, "changed", error.message, error.where);
   return problem(status_of(error), error_name(error.code), error.message, error.where);
 }
 

@@ -29,8 +29,8 @@ Response no_job(const std::string& id);
 /// 403 where what `owner` (id of a key) has made is not the caller's to change.
 std::optional<Response> failed_ownership(const Request& request, const std::string& owner);
 
-/// 412 where the request has an If-Match that does not name what is there, by its `etag`.
-std::optional<Response> failed_match(const Request& request, const std::string& etag);
+/// The error that becomes 412: what If-Match names is not there any more.
+Error failed_match();
 
 /// The problem for an error of the layers below.
 Response problem(const Error& error);

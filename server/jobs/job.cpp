@@ -100,8 +100,9 @@ PauseReason Job::pause_reason() const {
   return record_.pause_reason;
 }
 
-Status Job::move(JobState to, const Edit& edit) {
+Status Job::move(JobState to, const Edit& edit, const Guard& guard) {
   const std::lock_guard lock(mutex_);
+  if (const Status fine = guard ? guard(record_) : Status(Done{}); !fine) return fine;
   if (!may_move(record_.state, to)) {
     return Error{ErrorCode::conflict,
                  std::string("a job that is ") + state_name(record_.state) + " cannot become " + state_name(to),

@@ -27,6 +27,8 @@ bool may_move(JobState from, JobState to);
 class Job {
  public:
   using Edit = std::function<void(JobRecord&)>;
+  /// What must hold of the job that a change starts from; its error, which is no conflict, is that of the change.
+  using Guard = std::function<Status(const JobRecord&)>;
 
   /// `record` is stored already.
   Job(JobRecord record, EventLog& log) : spec(record.spec), id(record.id), owner(record.owner), log_(log), record_(std::move(record)) {}
@@ -41,9 +43,9 @@ class Job {
   StopRule stop_rule() const;
   PauseReason pause_reason() const;
 
-  /// Moves to `to` after `edit`: bumps the version, stamps the time and appends an event, all or nothing.
-  /// Errors: conflict where the state forbids it, or the store's.
-  Status move(JobState to, const Edit& edit = {});
+  /// Moves to `to` after `edit`: bumps the version, stamps the time and appends an event, all or nothing, and nothing
+  /// happens to the job between `guard` and that. Errors: the guard's, conflict where the state forbids it, the store's.
+  Status move(JobState to, const Edit& edit = {}, const Guard& guard = {});
   /// Changes numbers within the state and appends an event of `kind`.
   Status note(EventKind kind, const Edit& edit);
 

@@ -119,13 +119,14 @@ Result<JobRecord> Jobs::submit(const JobSpec& spec, const Owner& owner, std::sto
   return record;
 }
 
-Result<JobRecord> Jobs::cancel(const std::string& id) {
+Result<JobRecord> Jobs::cancel(const std::string& id, const Guard& guard) {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
   Job& job = *run->job();
-  const Status moved = job.move(JobState::canceling);
+  const Status moved = job.move(JobState::canceling, {}, guard);
   const JobState after = job.state();
-  if (!moved && after != JobState::canceling && after != JobState::canceled) return moved.error();
+  const bool done = after == JobState::canceling || after == JobState::canceled;
+  if (!moved && (moved.error().code != ErrorCode::conflict || !done)) return moved.error();
   run->interrupt();
   put_to_work(run);
   // A job whose turn it is not need not wait for it. A refusal says that its turn has come meanwhile.
@@ -133,13 +134,13 @@ Result<JobRecord> Jobs::cancel(const std::string& id) {
   return job.record();
 }
 
-Result<JobRecord> Jobs::pause(const std::string& id) {
+Result<JobRecord> Jobs::pause(const std::string& id, const Guard& guard) {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
   Job& job = *run->job();
   const auto by_request = [](JobRecord& record) { record.pause_reason = PauseReason::request; };
-  const Status moved = job.move(JobState::paused, by_request);
-  if (!moved && job.state() != JobState::paused) return moved.error();
+  const Status moved = job.move(JobState::paused, by_request, guard);
+  if (!moved && (moved.error().code != ErrorCode::conflict || job.state() != JobState::paused)) return moved.error();
   if (job.record().pause_reason != PauseReason::request) {  // then it would go on by itself
     if (const Status noted = job.note(EventKind::state, by_request); !noted) return noted.error();
   }
@@ -148,9 +149,11 @@ Result<JobRecord> Jobs::pause(const std::string& id) {
   return job.record();
 }
 
-Result<JobRecord> Jobs::resume(const std::string& id) { return start_again(id, JobState::paused, {}, {}); }
+Result<JobRecord> Jobs::resume(const std::string& id, const Guard& guard) {
+  return start_again(id, JobState::paused, {}, {}, guard);
+}
 
-Result<JobRecord> Jobs::extend(const std::string& id, const StopRule& stop, const Owner& by) {
+Result<JobRecord> Jobs::extend(const std::string& id, const StopRule& stop, const Owner& by, const Guard& guard) {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
   const JobSpec& spec = run->job()->spec;
@@ -159,40 +162,45 @@ Result<JobRecord> Jobs::extend(const std::string& id, const StopRule& stop, cons
   if (!succeeded && !same(run->job()->stop_rule(), stop)) {
     return Error{ErrorCode::conflict, "only a succeeded job can be extended", ""};
   }
-  return start_again(id, JobState::succeeded, by, [&](JobRecord& record) { record.spec.stop = stop; });
+  return start_again(id, JobState::succeeded, by, [&](JobRecord& record) { record.spec.stop = stop; }, guard);
 }
 
-Result<JobRecord> Jobs::retry(const std::string& id, const Owner& by) {
-  return start_again(id, JobState::failed, by, [](JobRecord& record) {
+Result<JobRecord> Jobs::retry(const std::string& id, const Owner& by, const Guard& guard) {
+  const auto afresh = [](JobRecord& record) {
     record.failure.reset();
     record.crashes = 0;
-  });
+  };
+  return start_again(id, JobState::failed, by, afresh, guard);
 }
 
 /// Moves a job that rests in `from` back to the queue. One that is on its way is left as it is.
-Result<JobRecord> Jobs::start_again(const std::string& id, JobState from, const Owner& by, const Job::Edit& edit) {
+Result<JobRecord> Jobs::start_again(const std::string& id, JobState from, const Owner& by, const Job::Edit& edit,
+                                    const Guard& guard) {
   const std::lock_guard lock(mutex_);
   const auto found = runs_.find(id);
   if (found == runs_.end()) return no_job(id);
   const std::shared_ptr<RunJob>& run = found->second;
-  const JobState state = run->job()->state();
-  if (state == JobState::queued || is_running(state)) return run->job()->record();
-  if (state != from) {
+  const JobRecord now = run->job()->record();
+  if (const Status fine = guard ? guard(now) : Status(Done{}); !fine) return fine.error();
+  if (now.state == JobState::queued || is_running(now.state)) return now;
+  if (now.state != from) {
     return Error{ErrorCode::conflict,
-                 std::string("the job is ") + state_name(state) + ", not " + state_name(from), ""};
+                 std::string("the job is ") + state_name(now.state) + ", not " + state_name(from), ""};
   }
   const bool own = run->job()->owner == by.key;  // else it does not count as theirs
   if (const Status room = check_room(own ? by : Owner{}); !room && from != JobState::paused) return room.error();
-  if (const Status moved = run->job()->move(JobState::queued, edit); !moved) return moved.error();
+  if (const Status moved = run->job()->move(JobState::queued, edit, guard); !moved) return moved.error();
   put_to_work(run);
   return run->job()->record();
 }
 
-Status Jobs::remove(const std::string& id) {
+Status Jobs::remove(const std::string& id, const Guard& guard) {
   const std::lock_guard lock(mutex_);
   const auto found = runs_.find(id);
   if (found == runs_.end()) return no_job(id);
-  if (!is_terminal(found->second->job()->state())) {
+  const JobRecord now = found->second->job()->record();
+  if (const Status fine = guard ? guard(now) : Status(Done{}); !fine) return fine;
+  if (!is_terminal(now.state)) {  // one that has ended goes on only under this lock
     return Error{ErrorCode::conflict, "the job has not ended; cancel it first", ""};
   }
   return forget(id);

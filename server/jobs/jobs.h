@@ -79,21 +79,23 @@ class Jobs {
   /// Checks and queues. Errors: as check; limit_exceeded with `where` "queue" while too many jobs are alive, or too
   /// many of the owner's; cancelled while shutting down; those of `also`.
   Result<JobRecord> submit(const JobSpec& spec, const Owner& owner, std::stop_token stop, const Also& also = {});
+  /// Each change of a job takes what must hold of it, or nothing; its error is then that of the change.
+  using Guard = Job::Guard;
   /// Asks a job to end; what computes stops within a second. Errors: not_found, conflict (it has ended).
-  Result<JobRecord> cancel(const std::string& id);
+  Result<JobRecord> cancel(const std::string& id, const Guard& guard = {});
   /// Puts a job aside until it is resumed; what computes stops within a second and its passes are kept. Again: no
   /// error. Errors: not_found, conflict (it ends or has ended).
-  Result<JobRecord> pause(const std::string& id);
+  Result<JobRecord> pause(const std::string& id, const Guard& guard = {});
   /// Takes a paused job up again. One that is on its way already: no error. Errors: not_found, conflict.
-  Result<JobRecord> resume(const std::string& id);
+  Result<JobRecord> resume(const std::string& id, const Guard& guard = {});
   /// Lets a succeeded job go on to a later stop. One that is on its way to that stop: no error. Errors: not_found,
   /// conflict, invalid_input ("/stop/…"), limit_exceeded as submit.
-  Result<JobRecord> extend(const std::string& id, const StopRule& stop, const Owner& by);
+  Result<JobRecord> extend(const std::string& id, const StopRule& stop, const Owner& by, const Guard& guard = {});
   /// Lets a failed job begin again, from its last checkpoint. One that is on its way: no error. Errors: not_found,
   /// conflict, limit_exceeded as submit.
-  Result<JobRecord> retry(const std::string& id, const Owner& by);
+  Result<JobRecord> retry(const std::string& id, const Owner& by, const Guard& guard = {});
   /// Forgets an ended job. Errors: not_found, conflict.
-  Status remove(const std::string& id);
+  Status remove(const std::string& id, const Guard& guard = {});
   /// Forgets a scene. Errors: not_found; conflict (a sample, or a live job needs it).
   Status remove_scene(const Digest& id);
   /// Forgets an environment. Errors: not_found; conflict (a live job needs it).
@@ -135,7 +137,8 @@ class Jobs {
   std::shared_ptr<RunJob> find(const std::string& id) const;
   std::shared_ptr<RunJob> make_run(JobRecord record);
   Status check_room(const Owner& owner) const;
-  Result<JobRecord> start_again(const std::string& id, JobState from, const Owner& by, const Job::Edit& edit);
+  Result<JobRecord> start_again(const std::string& id, JobState from, const Owner& by, const Job::Edit& edit,
+                                const Guard& guard);
   void put_to_work(const std::shared_ptr<RunJob>& run);
   Status forget(const std::string& id);
   Status forget_oldest();

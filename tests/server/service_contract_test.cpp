@@ -1,3 +1,6 @@
+#include <atomic>
+#include <thread>
+
 #include "server/api/contract.h"
 #include "server/api/openapi.h"
 #include "server/api/query.h"
@@ -73,6 +76,30 @@ TEST_F(ServiceTest, ChangesMayBeConditional) {
   EXPECT_EQ(request(port_, "POST", target + "/cancel", "", "", {{"If-Match", "\"x\""}}).status, 412);
   EXPECT_EQ(request(port_, "DELETE", target, "", "", {{"If-Match", "\"other\", " + etag}}).status, 204);
   EXPECT_EQ(request(port_, "DELETE", target, "", "", {{"If-Match", etag}}).status, 404);
+}
+
+TEST_F(ServiceTest, OfChangesToTheSameVersionOneWins) {
+  const std::string id = submit(upload(), R"("method":"path","stop":{"passes":1})");
+  const std::string target = "/v1/jobs/" + id;
+  constexpr int kRounds = 20, kClients = 8;
+  for (int round = 0; round < kRounds; ++round) {
+    ASSERT_EQ(wait_for_end(id)["state"], "succeeded");  // and stays as it is until somebody changes it
+    const std::string etag = get(port_, target).headers.at("etag");
+    const std::string longer = R"({"stop":{"passes":)" + std::to_string(round + 2) + "}}";
+    std::atomic<int> won{0}, late{0};
+    std::vector<std::thread> clients;
+    for (int i = 0; i < kClients; ++i) {
+      clients.emplace_back([&] {
+        const int status =
+            request(port_, "POST", target + "/extend", longer, "application/json", {{"If-Match", etag}}).status;
+        won += status == 202;
+        late += status == 412;
+      });
+    }
+    for (std::thread& client : clients) client.join();
+    ASSERT_EQ(won, 1) << "in round " << round;
+    ASSERT_EQ(late, kClients - 1);
+  }
 }
 
 TEST(EntityTags, AreComparedAsRfc9110Says) {
