@@ -19,7 +19,7 @@ Json environment_message(const EnvironmentRecord& environment) {
 }  // namespace
 
 Response Api::post_environment(const Request& request) {
-  const auto added = jobs_.environments().add(request.body, request.stop);
+  const auto added = jobs_.environments().add(request.body, request.caller.owner(), request.stop);
   if (!added) return problem(added.error());
   return json_response(environment_message(added->environment), added->fresh ? 201 : 200);
 }
@@ -35,6 +35,9 @@ Response Api::list_environments(const Request&) const {
 Response Api::delete_environment(const Request& request) {
   const auto id = digest_from_hex(request.captures[0]);
   if (!id) return problem(404, "not_found", "there is no environment of this id");
+  const auto environment = jobs_.environments().find(*id);
+  if (!environment) return problem(environment.error());
+  if (auto refused = failed_ownership(request, environment->owner)) return std::move(*refused);
   if (const Status removed = jobs_.remove_environment(*id); !removed) return problem(removed.error());
   Response response;
   response.status = 204;

@@ -225,7 +225,7 @@ CLI::App* add_key(CLI::App& app, KeyCommand& command) {
   create->add_option("--label", command.label, "What the list shows beside it");
   create->add_option("--max-jobs", command.limits.jobs, "Its jobs that have not ended");
   create->add_option_function<std::uint64_t>(
-            "--max-mb", [&command](const std::uint64_t& mb) { command.limits.bytes = mb << 20; }, "Its uploaded scenes, in MB")
+            "--max-mb", [&command](const std::uint64_t& mb) { command.limits.bytes = mb << 20; }, "Its uploaded scenes and environments, in MB")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 24).description(""));
   create->add_option("--max-streams", command.limits.streams, "Event streams and long polls at once");
   add_action("list", "List the keys", KeyCommand::Action::list);

@@ -15,7 +15,8 @@ std::string media_type_of(const std::vector<std::byte>& bytes) {
 
 }  // namespace
 
-Result<EnvironmentLibrary::Added> EnvironmentLibrary::add(std::vector<std::byte> bytes, std::stop_token stop) {
+Result<EnvironmentLibrary::Added> EnvironmentLibrary::add(std::vector<std::byte> bytes, const Owner& owner,
+                                                          std::stop_token stop) {
   const Digest id = sha256(bytes);
   const auto known = store_.find(id);
   if (!known) return known.error();
@@ -24,9 +25,9 @@ Result<EnvironmentLibrary::Added> EnvironmentLibrary::add(std::vector<std::byte>
   if (!decoded) return decoded.error();
   const EnvironmentMap& map = *decoded->value->map;
   EnvironmentRecord record{id,           media_type_of(bytes), bytes.size(), map.width(), map.height(),
-                           map.warnings, std::chrono::system_clock::now()};
+                           map.warnings, std::chrono::system_clock::now(), owner.key};
   if (const Status room = room_.make_room(bytes.size()); !room) return room.error();
-  if (const Status put = store_.put(record, bytes); !put) return put.error();
+  if (const Status put = store_.put(record, bytes, owner.limits.bytes); !put) return put.error();
   return Added{std::move(record), true};
 }
 

@@ -10,6 +10,7 @@
 #include "server/jobs/disk_room.h"
 #include "server/jobs/shared_cache.h"
 #include "server/store/environments.h"
+#include "server/store/keys.h"
 #include "server/store/records.h"
 
 namespace photond {
@@ -27,8 +28,8 @@ class EnvironmentLibrary {
     bool fresh = false;  ///< not known before
   };
   /// Decodes and stores an upload; nothing is stored where that fails. Errors: those of read_environment and of the
-  /// store, cancelled.
-  Result<Added> add(std::vector<std::byte> bytes, std::stop_token stop);
+  /// store, limit_exceeded at "disk" (also of what the owner may have), cancelled.
+  Result<Added> add(std::vector<std::byte> bytes, const Owner& owner, std::stop_token stop);
 
   /// Errors: io.
   Result<std::vector<EnvironmentRecord>> list() const { return store_.list(); }

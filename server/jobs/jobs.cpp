@@ -89,8 +89,8 @@ Result<JobEstimate> Jobs::estimate(const JobSpec& spec, std::stop_token stop) {
   if (const Result<Plan> plan = check(spec, stop); !plan) return plan.error();
   const std::lock_guard lock(estimating_);
   const Execution execution = workers_.execution(stop);
-  const auto scene = scenes_.prepared(spec.scene, execution);
-  if (!scene) return Error{scene.error().code, scene.error().message, "/scene"};
+  const auto scene = scenes_.prepared(spec.scene, spec.environment, execution);
+  if (!scene) return scene.error();
   const Result<Camera> camera = choose_camera((*scene)->scene.cameras, spec.camera);
   if (!camera) return camera.error();
   return estimate_job(*scene, *camera, spec, limits_.map_cache_bytes / 4, execution);

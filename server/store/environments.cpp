@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <sstream>
 
+#include "server/store/uploads.h"
+
 namespace photond {
 
 namespace {
 
-constexpr const char* kColumns = "SELECT id, media_type, bytes, width, height, warnings, created_ms FROM environments";
+constexpr const char* kColumns = "SELECT id, media_type, bytes, width, height, warnings, created_ms, owner FROM environments";
 
 std::int64_t milliseconds(WallTime time) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
@@ -38,6 +40,7 @@ Result<EnvironmentRecord> read_row(const Query& row) {
   record.height = static_cast<int>(row.integer(4));
   record.warnings = divided(row.text(5));
   record.created = WallTime(std::chrono::milliseconds(row.integer(6)));
+  record.owner = row.text(7);
   return record;
 }
 
@@ -69,14 +72,22 @@ Result<std::unique_ptr<Environments>> Environments::open(Database& database, con
   return environments;
 }
 
-Status Environments::put(const EnvironmentRecord& r, const std::vector<std::byte>& bytes) {
+Status Environments::put(const EnvironmentRecord& r, const std::vector<std::byte>& bytes,
+                         const std::optional<std::uint64_t>& owner_bytes) {
+  const std::lock_guard lock(changing_);
+  const auto known = find(r.id);
+  if (!known) return known.error();
+  if (*known) return Done{};
   if (const auto stored = files_->put(bytes); !stored) return stored.error();
-  return database_.write([&](Transaction& transaction) {
+  const Status written = database_.write([&](Transaction& transaction) {
+    if (const Status fits = check_uploads(transaction, r.owner, r.bytes, owner_bytes); !fits) return fits;
     return transaction.run(
-        "INSERT OR IGNORE INTO environments (id, arrival, media_type, bytes, width, height, warnings, created_ms) "
-        "SELECT ?, coalesce(max(arrival), 0) + 1, ?, ?, ?, ?, ?, ? FROM environments",
-        key(r.id), r.media_type, r.bytes, r.width, r.height, joined(r.warnings), milliseconds(r.created));
+        "INSERT INTO environments (id, arrival, media_type, bytes, width, height, warnings, created_ms, owner) "
+        "SELECT ?, coalesce(max(arrival), 0) + 1, ?, ?, ?, ?, ?, ?, ? FROM environments",
+        key(r.id), r.media_type, r.bytes, r.width, r.height, joined(r.warnings), milliseconds(r.created), r.owner);
   });
+  if (!written) (void)files_->remove(r.id).ok();  // else the next start sweeps it
+  return written;
 }
 
 Result<std::optional<EnvironmentRecord>> Environments::find(const Digest& id) const {
@@ -111,6 +122,7 @@ Result<Blob> Environments::bytes(const Digest& id) {
 }
 
 Status Environments::remove(const Digest& id) {
+  const std::lock_guard lock(changing_);
   const Status written = database_.write(
       [&](Transaction& transaction) { return transaction.run("DELETE FROM environments WHERE id = ?", key(id)); });
   if (!written) return written;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct EnvironmentRecord {
   int height = 0;
   std::vector<std::string> warnings;
   WallTime created{};
+  std::string owner{};  ///< id of the API key that uploaded it first; empty: none was needed
 };
 
 /// The environment maps that the service keeps: files, and rows of the database that say which there are.
@@ -30,8 +32,10 @@ class Environments {
   /// `database` must have the tables of schema() and outlive the object. Errors: io.
   static Result<std::unique_ptr<Environments>> open(Database& database, const std::filesystem::path& folder);
 
-  /// One of the same id is left as it is. Errors: limit_exceeded at "disk", io.
-  Status put(const EnvironmentRecord& record, const std::vector<std::byte>& bytes);
+  /// One of the same id is left as it is. Errors: limit_exceeded at "disk", also where its owner's uploads would exceed
+  /// `owner_bytes`; io.
+  Status put(const EnvironmentRecord& record, const std::vector<std::byte>& bytes,
+             const std::optional<std::uint64_t>& owner_bytes = {});
   /// Nothing where there is none. Errors: io.
   Result<std::optional<EnvironmentRecord>> find(const Digest& id) const;
   /// In the order of arrival. Errors: io.
@@ -46,6 +50,7 @@ class Environments {
 
   Database& database_;
   const std::unique_ptr<Blobs> files_;
+  std::mutex changing_;  ///< a file that is put must not go before it has its row
 };
 
 }  // namespace photond

@@ -17,7 +17,7 @@ namespace photond {
 /// What a key may do; each includes what stands before it.
 enum class Scope : std::uint8_t {
   read,    ///< look at everything
-  submit,  ///< upload scenes, submit jobs, change and delete one's own of both
+  submit,  ///< upload scenes and environments, submit jobs, change and delete one's own of these
   admin    ///< change and delete everything
 };
 const char* scope_name(Scope scope);  ///< "read", "submit", "admin"
@@ -26,7 +26,7 @@ std::optional<Scope> scope_from_name(const std::string& name);
 /// What one key may take at once; nothing: what the service allows altogether.
 struct KeyLimits {
   std::optional<std::uint64_t> jobs;     ///< its own, not yet ended
-  std::optional<std::uint64_t> bytes;    ///< of uploaded scenes
+  std::optional<std::uint64_t> bytes;    ///< of uploaded scenes and environments
   std::optional<std::uint64_t> streams;  ///< event streams and long polls
 };
 

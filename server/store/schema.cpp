@@ -98,6 +98,9 @@ CREATE INDEX answers_by_age ON answers (created_ms);
     Migration{R"(
 ALTER TABLE scenes ADD COLUMN owner TEXT NOT NULL DEFAULT '';  -- API key id, or empty
 )"},
+    Migration{R"(
+ALTER TABLE environments ADD COLUMN owner TEXT NOT NULL DEFAULT '';  -- as of scenes
+)"},
 };
 
 }  // namespace

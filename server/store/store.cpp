@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/store/record_text.h"
+#include "server/store/uploads.h"
 
 namespace photond {
 
@@ -142,12 +143,6 @@ Status Store::put_scene(const SceneRecord& scene, const std::vector<std::byte>& 
   const std::lock_guard lock(writing_);
   const auto known = scenes_.find(scene.id);
   if (known != scenes_.end() && !scene.sample) return Done{};
-  if (owner_bytes) {
-    std::uint64_t taken = scene.bytes;
-    for (const auto& [id, other] : scenes_) taken += other.record.owner == scene.owner ? other.record.bytes : 0;
-    if (taken > *owner_bytes)
-      return Error{ErrorCode::limit_exceeded, "this key's scenes would take more than it may; delete some", "disk"};
-  }
   // A sample's file costs nothing to mend.
   if (known == scenes_.end() || !files_->get(scene.id)) {
     if (const Result<Digest> put = files_->put(bytes); !put) return put.error();
@@ -156,6 +151,7 @@ Status Store::put_scene(const SceneRecord& scene, const std::vector<std::byte>& 
   const auto created_ms =
       std::chrono::duration_cast<std::chrono::milliseconds>(scene.created.time_since_epoch()).count();
   const Status written = database_.write([&](Transaction& transaction) {
+    if (const Status fits = check_uploads(transaction, scene.owner, scene.bytes, owner_bytes); !fits) return fits;
     return transaction.run("INSERT OR REPLACE INTO scenes VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                            std::as_bytes(std::span(scene.id.bytes)), stored.arrival, scene.name, scene.media_type,
                            scene.bytes, scene.sample, created_ms, scene.owner);

@@ -29,7 +29,7 @@ class Store {
   static Result<std::unique_ptr<Store>> open(Database& database, const std::filesystem::path& scene_files);
 
   /// Adds a scene with its bytes; one of the same id is left as it is, but becomes a sample where this one is.
-  /// Errors: limit_exceeded at "disk", also where its owner's scenes would exceed `owner_bytes`; io.
+  /// Errors: limit_exceeded at "disk", also where its owner's uploads would exceed `owner_bytes`; io.
   Status put_scene(const SceneRecord& scene, const std::vector<std::byte>& bytes,
                    const std::optional<std::uint64_t>& owner_bytes = {});
   std::optional<SceneRecord> scene(const Digest& id) const;

@@ -200,8 +200,30 @@ TEST_F(ServiceKeysTest, EnvironmentsNeedMoreThanAKeyToRead) {
   const std::string none = "/v1/environments/" + std::string(64, '0');
   EXPECT_EQ(request(port_, "POST", "/v1/environments", "x", "image/x-exr", with(reader)).status, 403);
   EXPECT_EQ(request(port_, "POST", "/v1/environments", "x", "image/x-exr", with(submitter)).status, 422);
-  EXPECT_EQ(request(port_, "DELETE", none, "", "", with(submitter)).status, 403);
-  EXPECT_EQ(request(port_, "DELETE", none, "", "", with(make(Scope::admin))).status, 404);
+  EXPECT_EQ(request(port_, "DELETE", none, "", "", with(reader)).status, 403);
+  EXPECT_EQ(request(port_, "DELETE", none, "", "", with(submitter)).status, 404);
+}
+
+TEST_F(ServiceKeysTest, AnEnvironmentIsItsFirstUploaders) {
+  const std::string sky = std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n") + "\x80\x80\x80\x81\x80\x80\x80\x81";
+  const std::string glb = small_glb();
+  const NewKey one = make(Scope::submit, {.jobs = {}, .bytes = sky.size() + glb.size() - 1, .streams = {}});
+  const NewKey other = make(Scope::submit, {.jobs = {}, .bytes = sky.size() - 1, .streams = {}});
+  const auto upload_by = [&](const NewKey& key) {
+    return request(port_, "POST", "/v1/environments", sky, "image/vnd.radiance", with(key));
+  };
+  EXPECT_EQ(upload_by(other).status, 507) << "it may not have as much";
+  EXPECT_TRUE(json::parse(get(port_, "/v1/environments", with(one)).body)["environments"].empty());
+  const Reply first = upload_by(one);
+  ASSERT_EQ(first.status, 201) << first.body;
+  EXPECT_EQ(upload_by(other).status, 200) << "what is known takes no room";
+  EXPECT_EQ(request(port_, "POST", "/v1/scenes", glb, "model/gltf-binary", with(one)).status, 507)
+      << "scenes and environments count together";
+  restart(options_);
+  const std::string environment = "/v1/environments/" + json::parse(first.body)["id"].get<std::string>();
+  EXPECT_EQ(request(port_, "DELETE", environment, "", "", with(other)).status, 403);
+  EXPECT_EQ(request(port_, "DELETE", environment, "", "", with(one)).status, 204);
+  EXPECT_EQ(request(port_, "POST", "/v1/scenes", glb, "model/gltf-binary", with(one)).status, 201);
 }
 
 TEST_F(ServiceKeysTest, IdempotencyKeysAreNamesOfTheApiKey) {
