@@ -78,10 +78,10 @@ std::vector<Rgb> half_range(const Image& image) {
 }
 
 OIIO::ImageSpec make_spec(const Image& image, ImageFormat format) {
-  const bool exr = format == ImageFormat::exr_half || format == ImageFormat::exr_float;
-  const OIIO::TypeDesc type = format == ImageFormat::exr_float  ? OIIO::TypeFloat
-                              : format == ImageFormat::exr_half ? OIIO::TypeHalf
-                                                                : OIIO::TypeUInt8;
+  const bool exr = format != ImageFormat::png && format != ImageFormat::jpeg;
+  const OIIO::TypeDesc type = !exr                               ? OIIO::TypeUInt8
+                              : format == ImageFormat::exr_float ? OIIO::TypeFloat
+                                                                 : OIIO::TypeHalf;
   OIIO::ImageSpec spec(image.width, image.height, 3, type);
   spec.channelnames = {"R", "G", "B"};
   spec.attribute("oiio:ColorSpace", exr ? "Linear" : "sRGB");
@@ -96,6 +96,9 @@ OIIO::ImageSpec make_spec(const Image& image, ImageFormat format) {
       break;
     case ImageFormat::exr_half:
       spec.attribute("compression", "piz");
+      break;
+    case ImageFormat::exr_half_raw:
+      spec.attribute("compression", "none");
       break;
     case ImageFormat::exr_float:
       spec.attribute("compression", "zip");
@@ -186,6 +189,7 @@ Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, co
     case ImageFormat::exr_float:
       return write_values(format, spec, OIIO::TypeFloat, image.pixels.data());
     case ImageFormat::exr_half:
+    case ImageFormat::exr_half_raw:
       return write_values(format, spec, OIIO::TypeFloat, half_range(image).data());
     default:
       return write_values(format, spec, OIIO::TypeUInt8, tone_map(image, tone).data());

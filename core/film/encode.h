@@ -11,7 +11,7 @@
 
 namespace photond {
 
-enum class ImageFormat { png, jpeg, exr_half, exr_float };
+enum class ImageFormat { png, jpeg, exr_half, exr_half_raw, exr_float };
 
 /// How radiance becomes 8-bit sRGB: multiplied by 2^exposure, clipped at 1, sRGB-encoded.
 struct ToneMap {
@@ -19,7 +19,7 @@ struct ToneMap {
 };
 
 /// Encodes to memory by OpenImageIO. PNG (level 1) and JPEG (quality 90) are tone-mapped to 8-bit sRGB; EXR is
-/// linear R, G, B (half: PIZ, float: ZIP), first scanline on top.
+/// linear R, G, B (half: PIZ, or raw and ten times as fast; float: ZIP), first scanline on top.
 Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, const ToneMap& tone = {});
 
 /// A float EXR of the picture with its error as further channels: error.noise.R … error.bound.B.

@@ -27,6 +27,10 @@ const Image& part(const ErrorLayers& error, FrameLayer layer) {
   return layer == FrameLayer::bias ? error.bias : error.bound;
 }
 
+Error not_kept(std::uint32_t revision) {
+  return {ErrorCode::not_found, "revision " + std::to_string(revision) + " is not kept; ask for latest", ""};
+}
+
 Result<Frames::Bytes> shared(Result<std::vector<std::byte>> encoded) {
   if (!encoded) return encoded.error();
   return std::make_shared<const std::vector<std::byte>>(std::move(*encoded));
@@ -60,10 +64,8 @@ std::shared_ptr<Frames::Frame> Frames::find(std::uint32_t revision) const {
 
 Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format, FrameLayer layer) const {
   const std::shared_ptr<Frame> frame = find(revision);
-  if (!frame) {
-    return Error{ErrorCode::not_found, "revision " + std::to_string(revision) + " is not kept; ask for latest",
-                 ""};
-  }
+  asked_ = true;
+  if (!frame) return not_kept(revision);
   if (layer != FrameLayer::radiance && !frame->error) {
     return Error{ErrorCode::not_found,
                  "revision " + std::to_string(revision) + " was kept without its error; the next one comes with it", ""};
@@ -84,15 +86,28 @@ bool Frames::has_error(std::uint32_t revision) const {
   return frame && frame->error;
 }
 
+Frames::Bytes Frames::encoded(std::uint32_t revision, FrameFormat format) const {
+  const std::shared_ptr<Frame> frame = find(revision);
+  if (!frame) return nullptr;
+  const std::lock_guard lock(frame->encoding);
+  return frame->encoded[static_cast<std::size_t>(FrameLayer::radiance)][static_cast<std::size_t>(format)];
+}
+
+Result<Frames::Bytes> Frames::raw_exr(std::uint32_t revision) const {
+  const std::shared_ptr<Frame> frame = find(revision);
+  return frame ? shared(encode(frame->image, ImageFormat::exr_half_raw)) : not_kept(revision);
+}
+
 void Frames::clear() {
   const std::lock_guard lock(mutex_);
   frames_.clear();
 }
 
-Result<Frames::Bytes> error_from_exr(const std::vector<std::byte>& exr, FrameLayer layer, FrameFormat format) {
-  const Result<Image> error = decode_exr(exr, layer_name(layer));
-  if (!error) return error.error();
-  return shared(encode_layer(*error, format));
+Result<Frames::Bytes> picture_from_exr(const std::vector<std::byte>& exr, FrameLayer layer, FrameFormat format) {
+  const Result<Image> image = decode_exr(exr, layer_name(layer));
+  if (!image) return image.error();
+  return shared(layer == FrameLayer::radiance ? encode_frame(*image, std::nullopt, format)
+                                              : encode_layer(*image, format));
 }
 
 }  // namespace photond

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -35,6 +36,12 @@ class Frames {
   /// Errors: not_found (never published, without its error, or no longer kept), or the encoder's own.
   Result<Bytes> get(std::uint32_t revision, FrameFormat format, FrameLayer layer = FrameLayer::radiance) const;
   bool has_error(std::uint32_t revision) const;
+  /// Whether any picture was ever asked for.
+  bool asked() const { return asked_; }
+  /// What `get` has made already; null where it has not.
+  Bytes encoded(std::uint32_t revision, FrameFormat format) const;
+  /// The picture as EXR that is large but takes little time to make. Errors: as get.
+  Result<Bytes> raw_exr(std::uint32_t revision) const;
   void clear();
 
  private:
@@ -47,12 +54,13 @@ class Frames {
   };
   std::shared_ptr<Frame> find(std::uint32_t revision) const;
 
+  mutable std::atomic<bool> asked_ = false;
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<Frame>> frames_;
 };
 
-/// A layer of the error as a picture of its own, from the EXR of the picture. Errors: not_found where it has none; those of
-/// decoder and encoder.
-Result<Frames::Bytes> error_from_exr(const std::vector<std::byte>& exr, FrameLayer layer, FrameFormat format);
+/// A picture, or a layer of its error, from its EXR. Errors: not_found where that has no such layer; those of decoder and
+/// encoder.
+Result<Frames::Bytes> picture_from_exr(const std::vector<std::byte>& exr, FrameLayer layer, FrameFormat format);
 
 }  // namespace photond

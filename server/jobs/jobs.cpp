@@ -292,9 +292,12 @@ Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision,
   if (!run) return no_job(id);
   Result<Frames::Bytes> running = run->job()->frames.get(revision, format, layer);
   if (running || running.error().code != ErrorCode::not_found) return running;
-  if (layer == FrameLayer::radiance) return files_.frame(id, revision, format);
+  if (layer == FrameLayer::radiance) {
+    Result<Blob> kept = files_.frame(id, revision, format);
+    if (kept || kept.error().code != ErrorCode::not_found) return kept;
+  }
   const Result<Blob> exr = files_.frame(id, revision, FrameFormat::exr);
-  return exr ? error_from_exr(**exr, layer, format) : running;
+  return exr ? picture_from_exr(**exr, layer, format) : running;
 }
 
 std::shared_ptr<RunJob> Jobs::find(const std::string& id) const {

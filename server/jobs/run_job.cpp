@@ -150,6 +150,7 @@ Status RunJob::restore() {
   const RenderSettings& settings = job_->spec.settings;
   film_ = Film(settings.width, settings.height);
   error_ = {};
+  measured_passes_ = 0;
   compute_seconds_ = 0;
   published_passes_ = 0;
   checkpoints_ = CheckpointRule();
@@ -160,7 +161,7 @@ Status RunJob::restore() {
     film_ = std::move((*restored)->film);
     compute_seconds_ = (*restored)->seconds;
     // The same value as when this pass was done: where the job stops does not depend on the restart.
-    error_ = estimate_error(film_, execution_);
+    measure();
     checkpoints_.done(compute_seconds_, std::chrono::duration<double>(Clock::now() - begin).count());
   }
   checkpoint_passes_ = film_.pass_count();
@@ -196,10 +197,18 @@ Status RunJob::render_next_pass() {
   if (execution_.cancelled()) return cancelled();
   add_pass(film_, film_.pass_count(), *pass, execution_);
   ++parts_.passes;
-  if (is_measured(film_.pass_count())) error_ = estimate_error(film_, execution_);
+  if (is_measured(film_.pass_count()) && !canceling()) measure();
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
   return Done{};
 }
+
+void RunJob::measure() {
+  if (measured_passes_ == film_.pass_count()) return;
+  error_ = estimate_error(film_, execution_);
+  measured_passes_ = film_.pass_count();
+}
+
+bool RunJob::canceling() const { return job_->state() == JobState::canceling; }
 
 bool RunJob::stop_rule_met() const { return rule_met(job_->stop_rule(), progress()) != nullptr; }
 
@@ -219,9 +228,13 @@ Status RunJob::finish() {
 
 Status RunJob::publish(bool result) {
   const std::uint32_t revision = job_->record().revision + 1;
-  error_ = estimate_error(film_, execution_);
+  if (canceling()) return cancelled();
+  measure();
   const bool with_error = result || (error_.known && is_recent(job_->error_looked_at()));
-  job_->frames.publish(revision, film_picture(film_, execution_),
+  if (canceling()) return cancelled();
+  Image picture = film_picture(film_, execution_);
+  if (canceling()) return cancelled();
+  job_->frames.publish(revision, std::move(picture),
                        with_error ? std::optional(error_layers(film_, execution_)) : std::nullopt);
   told_ = wall_seconds();
   const Status told = job_->note(EventKind::frame, [&](JobRecord& record) {
@@ -239,12 +252,30 @@ Status RunJob::publish(bool result) {
 Status RunJob::keep_picture() {
   const std::uint32_t revision = job_->record().revision;
   for (int i = 0; i < kFrameFormats; ++i) {
+    if (canceling()) return cancelled();
     const auto format = static_cast<FrameFormat>(i);
     const Result<Frames::Bytes> bytes = job_->frames.get(revision, format);
     if (!bytes && bytes.error().code == ErrorCode::not_found) return Done{};  // none yet, or on the disk already
     if (!bytes) return bytes.error();
     const Status kept = parts_.files.put_frame(job_->id, revision, format, **bytes);
     if (!kept) return kept;
+  }
+  job_->frames.clear();
+  return Done{};
+}
+
+/// Of a job that ended before its time, where somebody has asked for pictures: what was made of its newest, and what makes
+/// the rest of it if they ask again. Nothing is compressed: whoever cancels wants the processor for something else.
+Status RunJob::keep_seen_picture() {
+  const std::uint32_t revision = job_->record().revision;
+  for (int i = 0; i < kFrameFormats && job_->frames.asked(); ++i) {
+    const auto format = static_cast<FrameFormat>(i);
+    Frames::Bytes bytes = job_->frames.encoded(revision, format);
+    if (!bytes && format == FrameFormat::exr) {
+      if (const auto raw = job_->frames.raw_exr(revision)) bytes = *raw;
+    }
+    if (!bytes) continue;
+    if (const Status kept = parts_.files.put_frame(job_->id, revision, format, *bytes); !kept) return kept;
   }
   job_->frames.clear();
   return Done{};
@@ -326,7 +357,7 @@ void RunJob::release() {
   task_.reset();
   const JobState state = job_->state();
   // Nothing hangs on these: what cannot be kept or dropped now is missing after a restart, or in the way.
-  if (state != JobState::succeeded) (void)keep_picture().ok();
+  if (state != JobState::succeeded) (void)keep_seen_picture().ok();
   const std::size_t keep = state == JobState::canceled ? 0 : 1;
   (void)parts_.files.drop_checkpoints(job_->id, keep).ok();
 }

@@ -80,6 +80,7 @@ class RunJob : public Slices {
   Status publish(bool result);
   MapSource map_source();
   Status keep_picture();
+  Status keep_seen_picture();
   Status checkpoint();
   Status tell_progress();
   void take_failure(const Error& error);
@@ -87,6 +88,8 @@ class RunJob : public Slices {
   void put_away();
   void release();
   void stall(const Status& refused);
+  void measure();
+  bool canceling() const;
   bool stop_rule_met() const;
   bool is_recent(Clock::time_point look) const { return Clock::now() - look < parts_.watch_time; }
   Progress progress() const;
@@ -109,6 +112,7 @@ class RunJob : public Slices {
   std::string identity_;
   Film film_;
   ErrorEstimate error_;
+  std::uint32_t measured_passes_ = 0;  ///< when `error_` was estimated
   RevisionRule rule_;
   CheckpointRule checkpoints_;
   bool checkpointed_ = false;            ///< in this life of the service

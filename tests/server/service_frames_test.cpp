@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <filesystem>
+
 #include "core/film/encode.h"
 #include "server/jobs/frames.h"
 #include "tests/server/service_fixture.h"
@@ -71,6 +74,49 @@ TEST_F(FramesTest, ARunningJobsPicturesComeWithTheirErrorOnceSomebodyAsks) {
   EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/cancel").status, 202);
 }
 
+class CanceledPictureTest : public FramesTest {
+ protected:
+  std::string start_job() {
+    return submit(upload(), R"("method":"path","film":{"width":320,"height":240},"stop":{"seconds":600})");
+  }
+  void cancel(const std::string& id) {
+    EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/cancel").status, 202);
+    wait_for_end(id);
+  }
+  std::size_t kept_files() const {
+    const std::filesystem::path folder = data_->path() / "data" / "frames";
+    const auto files = std::filesystem::recursive_directory_iterator(folder);
+    return static_cast<std::size_t>(
+        std::count_if(begin(files), end(files), [](const auto& entry) { return entry.is_regular_file(); }));
+  }
+};
+
+TEST_F(CanceledPictureTest, IsNotKeptWhereNobodyHasAskedForOne) {
+  const std::string id = start_job();
+  while (job(id)["revision"] == 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  cancel(id);
+  restart();  // after which everything is as it was left
+  EXPECT_EQ(kept_files(), 0u);
+  EXPECT_EQ(get(port_, "/v1/jobs/" + id + "/frames/latest.png").status, 404);
+}
+
+TEST_F(CanceledPictureTest, IsThereInEveryFormatWhereSomebodyHas) {
+  const std::string id = start_job();
+  const std::string latest = "/v1/jobs/" + id + "/frames/latest.";
+  const Reply seen = get(port_, latest + "jpg?wait=20");
+  ASSERT_EQ(seen.status, 200);
+  cancel(id);
+  restart();
+  EXPECT_GE(kept_files(), 1u);
+  const Reply jpg = get(port_, latest + "jpg");
+  ASSERT_EQ(jpg.status, 200);
+  if (jpg.headers.at("etag") == seen.headers.at("etag")) EXPECT_EQ(jpg.body, seen.body);
+  const Reply png = get(port_, latest + "png");
+  EXPECT_EQ(png.body.substr(1, 3), "PNG");
+  EXPECT_EQ(get(port_, latest + "png").body, png.body) << "a revision's bytes never change";
+  EXPECT_EQ(pixels(get(port_, latest + "exr").body).size(), 320u * 240u);
+}
+
 TEST(FramesLayers, ShowAnErrorThreeStopsBrighter) {
   Frames frames;
   Image grey(2, 1);
@@ -85,10 +131,10 @@ TEST(FramesLayers, ShowAnErrorThreeStopsBrighter) {
   EXPECT_EQ(**frames.get(2, FrameFormat::png, FrameLayer::noise), **frames.get(1, FrameFormat::png));
   const auto exr = frames.get(2, FrameFormat::exr);
   ASSERT_TRUE(exr.ok());
-  const auto from_file = error_from_exr(**exr, FrameLayer::noise, FrameFormat::png);
+  const auto from_file = picture_from_exr(**exr, FrameLayer::noise, FrameFormat::png);
   ASSERT_TRUE(from_file.ok());
   EXPECT_EQ(**from_file, **frames.get(2, FrameFormat::png, FrameLayer::noise)) << "a revision's bytes never change";
-  EXPECT_EQ(error_from_exr(**frames.get(1, FrameFormat::exr), FrameLayer::bound, FrameFormat::png).error().code,
+  EXPECT_EQ(picture_from_exr(**frames.get(1, FrameFormat::exr), FrameLayer::bound, FrameFormat::png).error().code,
             ErrorCode::not_found);
 }
 

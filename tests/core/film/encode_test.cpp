@@ -39,7 +39,7 @@ TEST(Encode, ThePictureAloneMakesTheFile) {
   Image image(3, 2);
   image.at(1, 1) = Rgb(0.5f);
   for (const ImageFormat format :
-       {ImageFormat::png, ImageFormat::jpeg, ImageFormat::exr_half, ImageFormat::exr_float}) {
+       {ImageFormat::png, ImageFormat::jpeg, ImageFormat::exr_half, ImageFormat::exr_half_raw, ImageFormat::exr_float}) {
     const auto bytes = encode(image, format);
     ASSERT_TRUE(bytes.ok());
     const std::string text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
@@ -58,6 +58,13 @@ TEST(Encode, HalfExrRoundsAndStaysFinite) {
   // A half has 11 significant bits; values beyond its range become the largest.
   EXPECT_NEAR(back->at(5, 0).r, image.at(5, 0).r, image.at(5, 0).r / 2048);
   EXPECT_EQ(back->at(32, 16).b, 65504);
+}
+
+TEST(Encode, RawExrHoldsTheSameHalves) {
+  const auto raw = decode_exr(encoded(gradient(), ImageFormat::exr_half_raw));
+  const auto compressed = decode_exr(encoded(gradient(), ImageFormat::exr_half));
+  ASSERT_TRUE(raw.ok() && compressed.ok());
+  EXPECT_EQ(raw->pixels, compressed->pixels);
 }
 
 TEST(Encode, ExrCarriesTheErrorBesideThePicture) {
