@@ -31,6 +31,10 @@ Json stop_json(const StopRule& stop) {
 
 Json error_json(const std::optional<ErrorEstimate>& error) { return error ? error_message(*error) : Json(nullptr); }
 
+Json maps_json(const JobNumbers& job) {
+  return {{"hits", job.map_hits}, {"disk_hits", job.map_disk_hits}, {"misses", job.map_misses}};
+}
+
 Json failure_json(const std::optional<Error>& failure) {
   if (!failure) return nullptr;
   return {{"code", error_name(failure->code)}, {"detail", failure->message}, {"pointer", failure->where}};
@@ -110,7 +114,7 @@ Json job_message(const JobRecord& job) {
           {"started_at", time_json(job.started)},
           {"finished_at", time_json(job.finished)},
           {"plan", job.plan ? plan_message(*job.plan) : Json(nullptr)},
-          {"maps", {{"hits", job.map_hits}, {"disk_hits", job.map_disk_hits}, {"misses", job.map_misses}}},
+          {"maps", maps_json(job)},
           {"passes", job.passes},
           {"seconds", job.seconds},
           {"rejected_samples", job.rejected},
@@ -133,7 +137,7 @@ Json event_message(const Event& event) {
           {"rejected_samples", event.rejected},
           {"error", error_json(event.error)},
           {"eta_seconds", optional_json(event.eta_seconds)},
-          {"maps", {{"hits", event.map_hits}, {"disk_hits", event.map_disk_hits}, {"misses", event.map_misses}}},
+          {"maps", maps_json(event)},
           {"revision", event.revision}};
 }
 

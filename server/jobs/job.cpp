@@ -11,19 +11,10 @@ constexpr const char* kNames[kJobStates] = {"queued",    "preparing", "rendering
 
 Event event_of(const JobRecord& job, EventKind kind) {
   Event event;
+  static_cast<JobNumbers&>(event) = job;
   event.kind = kind;
   event.time = std::chrono::system_clock::now();
   event.job = job.id;
-  event.state = job.state;
-  event.version = job.version;
-  event.passes = job.passes;
-  event.seconds = job.seconds;
-  event.rejected = job.rejected;
-  event.error = job.error;
-  event.eta_seconds = job.eta_seconds;
-  event.map_hits = job.map_hits;
-  event.map_misses = job.map_misses;
-  event.revision = job.revision;
   return event;
 }
 

@@ -70,21 +70,24 @@ void members(Archive& a, Error& v) {
 }
 
 template <class Archive>
+void members(Archive& a, JobNumbers& v) {
+  a("state", v.state), a("version", v.version), a("passes", v.passes), a("seconds", v.seconds);
+  a("rejected", v.rejected), a("error", v.error), a("eta_seconds", v.eta_seconds), a("map_hits", v.map_hits);
+  a("map_disk_hits", v.map_disk_hits), a("map_misses", v.map_misses), a("revision", v.revision);
+}
+
+template <class Archive>
 void members(Archive& a, JobRecord& v) {
-  a("id", v.id), a("sequence", v.sequence), a("spec", v.spec), a("state", v.state), a("version", v.version);
-  a("created", v.created), a("started", v.started), a("finished", v.finished), a("plan", v.plan);
-  a("passes", v.passes), a("seconds", v.seconds), a("rejected", v.rejected), a("error", v.error);
-  a("eta_seconds", v.eta_seconds), a("map_hits", v.map_hits), a("map_disk_hits", v.map_disk_hits);
-  a("map_misses", v.map_misses), a("revision", v.revision), a("first_frame_seconds", v.first_frame_seconds), a("failure", v.failure);
-  a("pause_reason", v.pause_reason), a("crashes", v.crashes), a("owner", v.owner);
+  members(a, static_cast<JobNumbers&>(v));
+  a("id", v.id), a("sequence", v.sequence), a("spec", v.spec), a("created", v.created), a("started", v.started);
+  a("finished", v.finished), a("plan", v.plan), a("first_frame_seconds", v.first_frame_seconds);
+  a("failure", v.failure), a("pause_reason", v.pause_reason), a("crashes", v.crashes), a("owner", v.owner);
 }
 
 template <class Archive>
 void members(Archive& a, Event& v) {
-  a("id", v.id), a("kind", v.kind), a("time", v.time), a("job", v.job), a("state", v.state);
-  a("version", v.version), a("passes", v.passes), a("seconds", v.seconds), a("rejected", v.rejected);
-  a("error", v.error), a("eta_seconds", v.eta_seconds), a("map_hits", v.map_hits);
-  a("map_disk_hits", v.map_disk_hits), a("map_misses", v.map_misses), a("revision", v.revision);
+  members(a, static_cast<JobNumbers&>(v));
+  a("id", v.id), a("kind", v.kind), a("time", v.time), a("job", v.job);
 }
 
 /// Takes members into a JSON object.

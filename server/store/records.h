@@ -92,18 +92,10 @@ struct SeriesPoint {
   std::optional<ErrorEstimate> error;
 };
 
-/// All that is known of a job, at one version.
-struct JobRecord {
-  std::string id;
-  std::uint64_t sequence = 0;  ///< ascending with submission
-  std::string owner;           ///< id of the API key that submitted it; empty: none was needed
-  JobSpec spec;
+/// What changes while a job runs.
+struct JobNumbers {
   JobState state = JobState::queued;
   std::uint64_t version = 1;  ///< grows with every stored change
-  WallTime created{};
-  std::optional<WallTime> started;
-  std::optional<WallTime> finished;
-  std::optional<Plan> plan;
   std::uint32_t passes = 0;
   double seconds = 0;  ///< the job's own compute time
   std::uint64_t rejected = 0;  ///< samples that were not finite or too large
@@ -112,7 +104,19 @@ struct JobRecord {
   std::uint64_t map_hits = 0;       ///< in memory or on disk
   std::uint64_t map_disk_hits = 0;  ///< of them
   std::uint64_t map_misses = 0;
-  std::uint32_t revision = 0;                 ///< of the newest picture; 0: none yet
+  std::uint32_t revision = 0;  ///< of the newest picture; 0: none yet
+};
+
+/// All that is known of a job, at one version.
+struct JobRecord : JobNumbers {
+  std::string id;
+  std::uint64_t sequence = 0;  ///< ascending with submission
+  std::string owner;           ///< id of the API key that submitted it; empty: none was needed
+  JobSpec spec;
+  WallTime created{};
+  std::optional<WallTime> started;
+  std::optional<WallTime> finished;
+  std::optional<Plan> plan;
   std::optional<double> first_frame_seconds;  ///< from leaving the queue to revision 1, wall clock
   std::optional<Error> failure;               ///< of a failed job
   PauseReason pause_reason = PauseReason::none;
@@ -123,22 +127,11 @@ struct JobRecord {
 enum class EventKind : std::uint8_t { state, progress, frame };  // stored by number
 
 /// Something that happened to a job, with the numbers of that moment.
-struct Event {
+struct Event : JobNumbers {
   std::uint64_t id = 0;  ///< ascending over all jobs
   EventKind kind = EventKind::state;
   WallTime time{};
   std::string job;
-  JobState state = JobState::queued;
-  std::uint64_t version = 0;
-  std::uint32_t passes = 0;
-  double seconds = 0;
-  std::uint64_t rejected = 0;
-  std::optional<ErrorEstimate> error;
-  std::optional<double> eta_seconds;
-  std::uint64_t map_hits = 0;       ///< in memory or on disk
-  std::uint64_t map_disk_hits = 0;  ///< of them
-  std::uint64_t map_misses = 0;
-  std::uint32_t revision = 0;
 };
 
 }  // namespace photond
