@@ -42,11 +42,11 @@ Response Api::list_maps(const Request&) const {
   const MapCache::Totals totals = cache.totals();
   Json maps = Json::array();
   for (const MapCache::Info& map : cache.list()) maps.push_back(map_json(map));
-  return json_response({{"memory", {{"bytes", totals.memory_bytes}, {"budget_bytes", cache.memory_budget()}}},
+  return json_response({{"memory", {{"bytes", totals.memory.bytes}, {"budget_bytes", cache.memory_budget()}}},
                         {"disk", {{"bytes", totals.disk.bytes}, {"budget_bytes", cache.disk_budget()}}},
-                        {"hits", {{"memory", totals.memory_hits}, {"disk", totals.disk_hits}}},
+                        {"hits", {{"memory", totals.memory.hits}, {"disk", totals.disk_hits}}},
                         {"misses", totals.misses},
-                        {"evictions", {{"memory", totals.memory_evictions}, {"disk", totals.disk.evictions}}},
+                        {"evictions", {{"memory", totals.memory.evictions}, {"disk", totals.disk.evictions}}},
                         {"maps", std::move(maps)}});
 }
 

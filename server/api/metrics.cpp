@@ -89,15 +89,15 @@ void write_maps(MetricsText& out, const MapCache& maps) {
     out.sample(name, memory, in_memory);
     out.sample(name, disk, on_disk);
   };
-  both("photond_map_cache_hits_total", "counter", "Photon maps and guides found in the cache.", totals.memory_hits,
+  both("photond_map_cache_hits_total", "counter", "Photon maps and guides found in the cache.", totals.memory.hits,
        totals.disk_hits);
   out.single("photond_map_cache_misses_total", "counter", "Photon maps and guides that had to be built.",
              totals.misses);
   both("photond_map_cache_evictions_total", "counter", "Photon maps and guides dropped for room.",
-       totals.memory_evictions, totals.disk.evictions);
-  both("photond_map_cache_bytes", "gauge", "Size of the cached photon maps and guides.", totals.memory_bytes,
+       totals.memory.evictions, totals.disk.evictions);
+  both("photond_map_cache_bytes", "gauge", "Size of the cached photon maps and guides.", totals.memory.bytes,
        totals.disk.bytes);
-  both("photond_map_cache_entries", "gauge", "Cached photon maps and guides.", totals.memory_entries,
+  both("photond_map_cache_entries", "gauge", "Cached photon maps and guides.", totals.memory.entries,
        totals.disk.entries);
   both("photond_map_cache_budget_bytes", "gauge", "What the cached photon maps and guides may take.",
        maps.memory_budget(), maps.disk_budget());

@@ -2,8 +2,8 @@
 
 #include <chrono>
 #include <map>
-#include <mutex>
 
+#include "server/jobs/guarded.h"
 #include "server/jobs/histogram.h"
 #include "server/store/records.h"
 
@@ -19,19 +19,16 @@ class JobCounts {
 
   /// A job has moved into the state that it is in.
   void moved(const JobRecord& job) {
-    const std::lock_guard lock(mutex_);
-    ++now_.moves[job.state];
-    if (job.state != JobState::preparing || !job.started) return;
-    now_.queue_wait.add(std::chrono::duration<double>(*job.started - job.created).count());
+    now_.change([&job](Snapshot& now) {
+      ++now.moves[job.state];
+      if (job.state != JobState::preparing || !job.started) return;
+      now.queue_wait.add(std::chrono::duration<double>(*job.started - job.created).count());
+    });
   }
-  Snapshot snapshot() const {
-    const std::lock_guard lock(mutex_);
-    return now_;
-  }
+  Snapshot snapshot() const { return now_.get(); }
 
  private:
-  mutable std::mutex mutex_;
-  Snapshot now_;
+  Guarded<Snapshot> now_;
 };
 
 }  // namespace photond

@@ -155,14 +155,10 @@ std::optional<MapCache::Info> MapCache::find(const MapKey& key) const {
 }
 
 MapCache::Totals MapCache::totals() const {
-  const Memory::Totals memory = memory_.totals();
   Totals totals;
-  totals.memory_hits = memory.hits;
+  totals.memory = memory_.totals();
   totals.disk_hits = disk_hits_;
-  totals.misses = memory.misses - std::min(memory.misses, totals.disk_hits);
-  totals.memory_evictions = memory.evictions;
-  totals.memory_bytes = memory.bytes;
-  totals.memory_entries = memory.entries;
+  totals.misses = totals.memory.misses - std::min(totals.memory.misses, totals.disk_hits);
   if (files_) totals.disk = files_->totals();
   totals.write_failures = write_failures_;
   totals.damaged = damaged_;

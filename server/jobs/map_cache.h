@@ -45,13 +45,10 @@ class MapCache {
     bool pinned = false;
   };
   struct Totals {
-    std::uint64_t memory_hits = 0;
-    std::uint64_t disk_hits = 0;
-    std::uint64_t misses = 0;
-    std::uint64_t memory_evictions = 0;
-    std::uint64_t memory_bytes = 0;
-    std::uint64_t memory_entries = 0;
+    SharedCache<MapKey, CachedMap>::Totals memory;
     MapFiles::Totals disk;
+    std::uint64_t disk_hits = 0;
+    std::uint64_t misses = 0;  ///< in both tiers
     std::uint64_t write_failures = 0;
     std::uint64_t damaged = 0;  ///< files that were found damaged, and removed
   };

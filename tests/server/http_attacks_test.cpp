@@ -22,41 +22,30 @@ using Clock = std::chrono::steady_clock;
 constexpr std::uint64_t kLimit = 100'000;
 
 std::vector<Route> test_routes() {
-  const auto say = [](std::string text) {
+  const auto say = [](auto body) {
     Response response;
     response.content_type = "text/plain";
-    response.body = std::move(text);
+    response.body = std::move(body);
     return response;
   };
   const Handler peer = [say](const Request& request) { return say(request.peer + " " + request.header("remote_addr")); };
   const Handler size = [say](const Request& request) { return say(std::to_string(request.body.size())); };
   const Handler query = [say](const Request& request) { return say(request.query.contains("q") ? request.query.find("q")->second : "-"); };
   const Handler raise = [](const Request&) -> Response { throw std::runtime_error("secret\r\nX-Evil: 1"); };
-  const Handler broken_stream = [](const Request&) {
-    Response response;
-    response.content_type = "text/plain";
-    response.body = Pieces([first = true]() mutable -> std::optional<std::string> {
+  const Handler broken_stream = [say](const Request&) {
+    return say(Pieces([first = true]() mutable -> std::optional<std::string> {
       if (!std::exchange(first, false)) throw std::runtime_error("secret");
       return "piece";
-    });
-    return response;
+    }));
   };
-  const Handler stream = [](const Request&) {
-    Response response;
-    response.content_type = "text/plain";
-    response.body = Pieces([left = 2]() mutable -> std::optional<std::string> {
+  const Handler stream = [say](const Request&) {
+    return say(Pieces([left = 2]() mutable -> std::optional<std::string> {
       if (left-- == 0) return std::nullopt;
       return "piece\n";
-    });
-    return response;
+    }));
   };
   const Handler large = [say](const Request&) { return say(std::string(64 << 20, 'x')); };
-  const Handler endless = [](const Request&) {
-    Response response;
-    response.content_type = "text/plain";
-    response.body = Pieces([] { return std::string(1 << 20, 'x'); });
-    return response;
-  };
+  const Handler endless = [say](const Request&) { return say(Pieces([] { return std::string(1 << 20, 'x'); })); };
   const Handler slow = [say](const Request&) {
     std::this_thread::sleep_for(300ms);
     return say("slow");

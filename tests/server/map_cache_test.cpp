@@ -63,7 +63,7 @@ TEST_F(MapCacheTest, FindsMapsAndGuidesAfterARestart) {
   EXPECT_EQ(found->facts.build_seconds, built->facts.build_seconds);
   const auto totals = cache_->totals();
   EXPECT_EQ(totals.disk_hits, 2u);
-  EXPECT_EQ(totals.memory_hits, 2u);
+  EXPECT_EQ(totals.memory.hits, 2u);
   EXPECT_EQ(totals.misses, 1u);
 }
 
@@ -121,13 +121,13 @@ TEST_F(MapCacheTest, BothBudgetsHold) {
   for (std::uint32_t pass = 0; pass < 20; ++pass) {
     EXPECT_EQ(origin(key(pass)), Origin::built);
     cache_->flush();
-    EXPECT_LE(cache_->totals().memory_bytes, 3 * one);
+    EXPECT_LE(cache_->totals().memory.bytes, 3 * one);
     EXPECT_LE(cache_->totals().disk.bytes, 8 * one);
   }
   EXPECT_EQ(origin(key(19)), Origin::memory);
   EXPECT_EQ(origin(key(16)), Origin::disk) << "evicted from memory, not from disk";
   EXPECT_EQ(origin(key(0)), Origin::built);
-  EXPECT_GT(cache_->totals().memory_evictions, 0u);
+  EXPECT_GT(cache_->totals().memory.evictions, 0u);
   EXPECT_GT(cache_->totals().disk.evictions, 0u);
 }
 

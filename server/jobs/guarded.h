@@ -1,0 +1,26 @@
+#pragma once
+
+#include <mutex>
+
+namespace photond {
+
+/// A value that many threads change and look at.
+template <class Value>
+class Guarded {
+ public:
+  template <class Change>
+  void change(const Change& change) {
+    const std::lock_guard lock(mutex_);
+    change(value_);
+  }
+  Value get() const {
+    const std::lock_guard lock(mutex_);
+    return value_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  Value value_;
+};
+
+}  // namespace photond
