@@ -69,7 +69,8 @@ export class JobForm {
     set_children(this.camera, JSON.stringify([state.scene, cameras]), () =>
       cameras.map((name, index) => make('option', { value: String(index) }, name || `Camera ${index + 1}`)));
     this.camera.disabled = cameras.length < 2;
-    this.planned = report && typeof report !== 'string' ? report.plan.method : null;
+    const known = report && typeof report !== 'string' && state.environment === null; // in another one it may differ
+    this.planned = known ? report.plan.method : null;
     this.show_hint();
   }
 
