@@ -122,17 +122,25 @@ Error encoding_failed(const std::string& reason) {
   return {ErrorCode::internal, "the picture cannot be encoded: " + reason, {}};
 }
 
+/// The library asks after some rows: true ends the writing.
+bool stop_asked(void* stop, float) { return static_cast<const std::stop_token*>(stop)->stop_requested(); }
+
 /// Writes values of the type `from`, as many per pixel as the spec has channels, to memory.
 Result<std::vector<std::byte>> write_values(ImageFormat format, const OIIO::ImageSpec& spec, OIIO::TypeDesc from,
-                                            const void* values) {
+                                            const void* values, std::stop_token stop) {
+  if (stop.stop_requested()) return cancelled();
   try {
     std::vector<unsigned char> bytes;
     OIIO::Filesystem::IOVecOutput proxy(bytes);
     const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(file_name(format), &proxy);
     if (!output) return encoding_failed(OIIO::geterror());
-    if (!output->open(file_name(format), spec) || !output->write_image(from, values) || !output->close()) {
-      return encoding_failed(output->geterror());
-    }
+    constexpr OIIO::stride_t kPacked = OIIO::AutoStride;
+    // libpng complains of a PNG that ends early, which is soon done anyway.
+    const auto ask = format == ImageFormat::png ? nullptr : stop_asked;
+    const bool written = output->open(file_name(format), spec) &&
+                         output->write_image(from, values, kPacked, kPacked, kPacked, ask, &stop);
+    if (stop.stop_requested()) return cancelled();
+    if (!written || !output->close()) return encoding_failed(output->geterror());
     const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
     return std::vector<std::byte>(first, first + bytes.size());
   } catch (const std::exception& exception) {
@@ -182,21 +190,23 @@ Result<Image> read_linear(OIIO::ImageInput& input, const std::string& layer) {
 
 }  // namespace
 
-Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, const ToneMap& tone) {
+Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, const ToneMap& tone,
+                                      const std::stop_token& stop) {
   if (image.pixels.empty()) return invalid_input("the picture is empty");
   const OIIO::ImageSpec spec = make_spec(image, format);
   switch (format) {
     case ImageFormat::exr_float:
-      return write_values(format, spec, OIIO::TypeFloat, image.pixels.data());
+      return write_values(format, spec, OIIO::TypeFloat, image.pixels.data(), stop);
     case ImageFormat::exr_half:
     case ImageFormat::exr_half_raw:
-      return write_values(format, spec, OIIO::TypeFloat, half_range(image).data());
+      return write_values(format, spec, OIIO::TypeFloat, half_range(image).data(), stop);
     default:
-      return write_values(format, spec, OIIO::TypeUInt8, tone_map(image, tone).data());
+      return write_values(format, spec, OIIO::TypeUInt8, tone_map(image, tone).data(), stop);
   }
 }
 
-Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers& error) {
+Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers& error,
+                                          const std::stop_token& stop) {
   const std::array<const Image*, 4> layers = {&image, &error.noise, &error.bias, &error.bound};
   for (const Image* layer : layers) {
     if (layer->pixels.empty() || layer->pixels.size() != image.pixels.size()) {
@@ -213,7 +223,7 @@ Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers&
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     for (const Image* layer : layers) values.push_back(layer->pixels[i]);
   }
-  return write_values(ImageFormat::exr_float, spec, OIIO::TypeFloat, values.data());
+  return write_values(ImageFormat::exr_float, spec, OIIO::TypeFloat, values.data(), stop);
 }
 
 Result<Image> decode_exr(std::span<const std::byte> bytes, const std::string& layer) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,13 @@ struct ToneMap {
 
 /// Encodes to memory by OpenImageIO. PNG (level 1) and JPEG (quality 90) are tone-mapped to 8-bit sRGB; EXR is
 /// linear R, G, B (half: PIZ, or raw and ten times as fast; float: ZIP), first scanline on top.
-Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, const ToneMap& tone = {});
+/// Errors: cancelled, as soon as `stop` asks; internal.
+Result<std::vector<std::byte>> encode(const Image& image, ImageFormat format, const ToneMap& tone = {},
+                                      const std::stop_token& stop = {});
 
-/// A float EXR of the picture with its error as further channels: error.noise.R … error.bound.B.
-Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers& error);
+/// A float EXR of the picture with its error as further channels: error.noise.R … error.bound.B. Errors: as encode.
+Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers& error,
+                                          const std::stop_token& stop = {});
 
 /// Decodes the channels R, G and B of an EXR (or any file OpenImageIO reads as linear float); others are left out. With
 /// `layer` ("error.noise") those of this layer of encode_exr. Errors: invalid_input, not_found (no such layer).

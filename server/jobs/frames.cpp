@@ -10,10 +10,10 @@ namespace {
 constexpr std::size_t kKept = 3;  // the newest, and what viewers may still be fetching
 
 Result<std::vector<std::byte>> encode_frame(const Image& image, const std::optional<ErrorLayers>& error,
-                                            FrameFormat format) {
-  if (format == FrameFormat::png) return encode(image, ImageFormat::png);
-  if (format == FrameFormat::jpg) return encode(image, ImageFormat::jpeg);
-  return error ? encode_exr(image, *error) : encode(image, ImageFormat::exr_half);
+                                            FrameFormat format, const std::stop_token& stop = {}) {
+  if (format == FrameFormat::png) return encode(image, ImageFormat::png, {}, stop);
+  if (format == FrameFormat::jpg) return encode(image, ImageFormat::jpeg, {}, stop);
+  return error ? encode_exr(image, *error, stop) : encode(image, ImageFormat::exr_half, {}, stop);
 }
 
 Result<std::vector<std::byte>> encode_layer(const Image& error, FrameFormat format) {
@@ -62,7 +62,8 @@ std::shared_ptr<Frames::Frame> Frames::find(std::uint32_t revision) const {
   return nullptr;
 }
 
-Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format, FrameLayer layer) const {
+Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format, FrameLayer layer,
+                                  const std::stop_token& stop) const {
   const std::shared_ptr<Frame> frame = find(revision);
   asked_ = true;
   if (!frame) return not_kept(revision);
@@ -73,7 +74,7 @@ Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format, Fr
   const std::lock_guard lock(frame->encoding);
   Bytes& bytes = frame->encoded[static_cast<std::size_t>(layer)][static_cast<std::size_t>(format)];
   if (!bytes) {
-    Result<Bytes> encoded = shared(layer == FrameLayer::radiance ? encode_frame(frame->image, frame->error, format)
+    Result<Bytes> encoded = shared(layer == FrameLayer::radiance ? encode_frame(frame->image, frame->error, format, stop)
                                                                  : encode_layer(part(*frame->error, layer), format));
     if (!encoded) return encoded.error();
     bytes = std::move(*encoded);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "core/base/result.h"
@@ -33,8 +34,10 @@ class Frames {
   /// Adds a picture; the oldest beyond three, or beyond two where one comes with its `error`, are dropped. With `error` it
   /// is encoded as 32-bit EXR with the error layers, as the result of a job always is, else as 16-bit.
   void publish(std::uint32_t revision, Image image, std::optional<ErrorLayers> error);
-  /// Errors: not_found (never published, without its error, or no longer kept), or the encoder's own.
-  Result<Bytes> get(std::uint32_t revision, FrameFormat format, FrameLayer layer = FrameLayer::radiance) const;
+  /// Errors: not_found (never published, without its error, or no longer kept), the encoder's own,
+  /// cancelled, as soon as `stop` asks.
+  Result<Bytes> get(std::uint32_t revision, FrameFormat format, FrameLayer layer = FrameLayer::radiance,
+                    const std::stop_token& stop = {}) const;
   bool has_error(std::uint32_t revision) const;
   /// Whether any picture was ever asked for.
   bool asked() const { return asked_; }

@@ -127,7 +127,7 @@ Result<JobRecord> Jobs::cancel(const std::string& id, const Guard& guard) {
   const JobState after = job.state();
   const bool done = after == JobState::canceling || after == JobState::canceled;
   if (!moved && (moved.error().code != ErrorCode::conflict || !done)) return moved.error();
-  run->interrupt();
+  run->cancel();
   put_to_work(run);
   // A job whose turn it is not need not wait for it. A refusal says that its turn has come meanwhile.
   if (scheduler_.hurry(run)) (void)job.move(JobState::canceled).ok();

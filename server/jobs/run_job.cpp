@@ -38,6 +38,11 @@ void RunJob::interrupt() {
   stop_.request_stop();
 }
 
+void RunJob::cancel() {
+  cancel_.request_stop();
+  interrupt();
+}
+
 void RunJob::drain() {
   const std::lock_guard lock(mutex_);
   draining_ = true;
@@ -197,7 +202,7 @@ Status RunJob::render_next_pass() {
   if (execution_.cancelled()) return cancelled();
   add_pass(film_, film_.pass_count(), *pass, execution_);
   ++parts_.passes;
-  if (is_measured(film_.pass_count()) && !canceling()) measure();
+  if (is_measured(film_.pass_count()) && !cancel_.stop_requested()) measure();
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
   return Done{};
 }
@@ -208,8 +213,6 @@ void RunJob::measure() {
   measured_passes_ = film_.pass_count();
 }
 
-bool RunJob::canceling() const { return job_->state() == JobState::canceling; }
-
 bool RunJob::stop_rule_met() const { return rule_met(job_->stop_rule(), progress()) != nullptr; }
 
 Progress RunJob::progress() const { return {film_.pass_count(), compute_seconds_, error_}; }
@@ -218,7 +221,7 @@ Status RunJob::finish() {
   const auto numbers = [this](JobRecord& record) { put_numbers(record); };
   if (const Status moved = job_->move(JobState::finalizing, numbers); !moved) return moved;
   if (const Status published = publish(true); !published) return published;
-  if (const Status kept = keep_picture(); !kept) return kept;
+  if (const Status kept = keep_picture(execution_.stop); !kept) return kept;
   // For `extend`, which otherwise begins anew: the bits are the same.
   if (checkpoint_passes_ < film_.pass_count() && checkpoints_.worth_keeping(compute_seconds_)) {
     if (const Status saved = checkpoint(); !saved) return saved;
@@ -228,12 +231,12 @@ Status RunJob::finish() {
 
 Status RunJob::publish(bool result) {
   const std::uint32_t revision = job_->record().revision + 1;
-  if (canceling()) return cancelled();
+  if (cancel_.stop_requested()) return cancelled();
   measure();
   const bool with_error = result || (error_.known && is_recent(job_->error_looked_at()));
-  if (canceling()) return cancelled();
+  if (cancel_.stop_requested()) return cancelled();
   Image picture = film_picture(film_, execution_);
-  if (canceling()) return cancelled();
+  if (cancel_.stop_requested()) return cancelled();
   job_->frames.publish(revision, std::move(picture),
                        with_error ? std::optional(error_layers(film_, execution_)) : std::nullopt);
   told_ = wall_seconds();
@@ -249,12 +252,11 @@ Status RunJob::publish(bool result) {
 
 /// Writes the newest picture to the disk in every format, where it survives the process; encoded here and now, so that
 /// a revision's bytes never change.
-Status RunJob::keep_picture() {
+Status RunJob::keep_picture(const std::stop_token& stop) {
   const std::uint32_t revision = job_->record().revision;
   for (int i = 0; i < kFrameFormats; ++i) {
-    if (canceling()) return cancelled();
     const auto format = static_cast<FrameFormat>(i);
-    const Result<Frames::Bytes> bytes = job_->frames.get(revision, format);
+    const Result<Frames::Bytes> bytes = job_->frames.get(revision, format, FrameLayer::radiance, stop);
     if (!bytes && bytes.error().code == ErrorCode::not_found) return Done{};  // none yet, or on the disk already
     if (!bytes) return bytes.error();
     const Status kept = parts_.files.put_frame(job_->id, revision, format, **bytes);
@@ -343,7 +345,7 @@ void RunJob::put_away() {
   if (checkpoint_passes_ < film_.pass_count()) kept = checkpoint();
   if (kept && job_->state() == JobState::paused) {
     if (published_passes_ < film_.pass_count()) kept = publish(false);
-    if (kept) kept = keep_picture();
+    if (kept) kept = keep_picture(cancel_.get_token());
   }
   if (!kept) return;
   film_ = Film();

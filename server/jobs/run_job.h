@@ -54,6 +54,8 @@ class RunJob : public Slices {
   bool claim();
   /// Ends what computes now within a second.
   void interrupt();
+  /// As `interrupt`, for good: what would be kept of an interrupted job is not made either.
+  void cancel();
   /// As `interrupt`, for an end of the service: the job is put away and goes back to the queue.
   void drain();
   /// Puts a job that an earlier life of the service left unfinished back into the queue.
@@ -79,7 +81,7 @@ class RunJob : public Slices {
   Status finish();
   Status publish(bool result);
   MapSource map_source();
-  Status keep_picture();
+  Status keep_picture(const std::stop_token& stop);
   Status keep_seen_picture();
   Status checkpoint();
   Status tell_progress();
@@ -89,7 +91,6 @@ class RunJob : public Slices {
   void release();
   void stall(const Status& refused);
   void measure();
-  bool canceling() const;
   bool stop_rule_met() const;
   bool is_recent(Clock::time_point look) const { return Clock::now() - look < parts_.watch_time; }
   Progress progress() const;
@@ -100,6 +101,7 @@ class RunJob : public Slices {
   const RunParts& parts_;
   MapUse maps_;
 
+  std::stop_source cancel_;
   mutable std::mutex mutex_;  ///< of these four, which other threads use
   std::stop_source stop_;
   bool scheduled_ = false;

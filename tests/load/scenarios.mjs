@@ -103,9 +103,11 @@ export async function frames({ start, figures, seconds }) {
 
 export async function cancel({ start, figures }) {
   const server = await start(['--max-pixels', String(4096 * 4096)]);
-  const used_after = async (film, method, watch) => {
-    const id = json(await submit(server.port, { film, method, stop: { seconds: 600 } })).id;
-    if (watch) await call(server.port, 'GET', `/v1/jobs/${id}/frames/latest.jpg?wait=60`);
+  const used_after = async (film, method, watch, stop = { seconds: 600 }, until = '') => {
+    const id = json(await submit(server.port, { film, method, stop })).id;
+    while (until && json(await call(server.port, 'GET', `/v1/jobs/${id}`)).state !== until) await sleep(5);
+    if (until) await sleep(500);
+    else if (watch) await call(server.port, 'GET', `/v1/jobs/${id}/frames/latest.jpg?wait=60`);
     else await sleep(700);
     await call(server.port, 'POST', `/v1/jobs/${id}/cancel`);
     await sleep(1000);
@@ -118,6 +120,7 @@ export async function cancel({ start, figures }) {
   figures.below('processor seconds in the second after a cancelled job\'s first, worst of 3 methods', Math.max(...used), 0.05, ' s');
   const large = { width: 4096, height: 4096 };
   figures.below('the same of 4096 × 4096 pixels', await used_after(large, 'path'), 0.05, ' s');
+  figures.below('the same, as it finishes', await used_after(large, 'path', false, { passes: 1 }, 'finalizing'), 0.05, ' s');
   figures.below('the same, watched', await used_after(large, 'path', true), 0.05, ' s');
   await server.stop();
 }

@@ -60,6 +60,16 @@ TEST(Encode, HalfExrRoundsAndStaysFinite) {
   EXPECT_EQ(back->at(32, 16).b, 65504);
 }
 
+TEST(Encode, EndsWhenItIsToldTo) {
+  std::stop_source stop;
+  stop.request_stop();
+  for (const ImageFormat format : {ImageFormat::png, ImageFormat::jpeg, ImageFormat::exr_half, ImageFormat::exr_float}) {
+    EXPECT_EQ(encode(gradient(), format, {}, stop.get_token()).error().code, ErrorCode::cancelled);
+  }
+  const ErrorLayers error{gradient(), gradient(), gradient()};
+  EXPECT_EQ(encode_exr(gradient(), error, stop.get_token()).error().code, ErrorCode::cancelled);
+}
+
 TEST(Encode, RawExrHoldsTheSameHalves) {
   const auto raw = decode_exr(encoded(gradient(), ImageFormat::exr_half_raw));
   const auto compressed = decode_exr(encoded(gradient(), ImageFormat::exr_half));
