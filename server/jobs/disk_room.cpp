@@ -56,7 +56,7 @@ Status DiskRoom::tidy() {
     if (const Status reduced = reduce_to(use_.low_water(), use_); !reduced) return reduced;
   }
   // Two marks, so that it does not become full again with the next byte.
-  full_ = full_ ? use_.used > use_.high_water() : !use_.has_room(0);
+  full_ = full_ ? use_.used > use_.high_water() : !use_.has_room(1);
   return Done{};
 }
 
