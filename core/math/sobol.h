@@ -46,33 +46,45 @@ Word sobol_y_reversed(Word index) {
   return index ^ ((index >> 16) & 0x0000ffffu);
 }
 
+/// A bijection of 32-bit values with good avalanche [Wellons 2018].
+inline std::uint32_t mix32(std::uint32_t x) {
+  x = (x ^ (x >> 16)) * 0x7feb352du;
+  x = (x ^ (x >> 15)) * 0x846ca68bu;
+  return x ^ (x >> 16);
+}
+
+/// What scrambles a two-dimensional sequence.
+struct SobolKeys {
+  std::uint32_t order, x, y;
+
+  explicit SobolKeys(std::uint32_t seed)
+      : order(mix32(seed)), x(mix32(seed + 0x68bc21ebu)), y(mix32(seed + 0x02e5be93u)) {}
+};
+
+inline float unit_interval(std::uint32_t bits) { return static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24f; }
+
 /// Sample `index` of an Owen-scrambled (0,2)-sequence [Burley 2020]: uniform in [0, 1)²; every 2^k samples from a
 /// multiple of 2^k on have one point in each elementary interval of area 2^−k. Sequences of other seeds are
 /// independent, in their order too, so that several of them make a sample of more dimensions.
-inline Vec2 sobol_2d(std::uint32_t index, std::uint64_t seed) {
-  const std::uint64_t second = mix64(seed);
+[[gnu::always_inline]] inline Vec2 sobol_2d(std::uint32_t index, std::uint32_t seed) {
+  const SobolKeys keys(seed);
   // Scrambling an index from its high bits down keeps blocks of 2^k together.
-  const std::uint32_t shuffled =
-      reverse_bits(scramble_reversed(reverse_bits(index), static_cast<std::uint32_t>(seed >> 32)));
-  const std::uint32_t x = reverse_bits(scramble_reversed(shuffled, static_cast<std::uint32_t>(second)));
-  const std::uint32_t y =
-      reverse_bits(scramble_reversed(sobol_y_reversed(shuffled), static_cast<std::uint32_t>(second >> 32)));
-  return {static_cast<float>(x >> 8) * 0x1p-24f, static_cast<float>(y >> 8) * 0x1p-24f};
+  const std::uint32_t shuffled = reverse_bits(scramble_reversed(reverse_bits(index), keys.order));
+  const std::uint32_t x = reverse_bits(scramble_reversed(shuffled, keys.x));
+  const std::uint32_t y = reverse_bits(scramble_reversed(sobol_y_reversed(shuffled), keys.y));
+  return {unit_interval(x), unit_interval(y)};
 }
 
 /// sobol_2d(index, seed_xy) and sobol_2d(index, seed_zw), in little more time than one of them.
-inline Vec4 sobol_4d(std::uint32_t index, std::uint64_t seed_xy, std::uint64_t seed_zw) {
-  const auto low = [](std::uint64_t seed) { return static_cast<std::uint32_t>(seed); };
-  const auto high = [](std::uint64_t seed) { return static_cast<std::uint32_t>(seed >> 32); };
-  const std::uint64_t xy = mix64(seed_xy), zw = mix64(seed_zw);
+inline Vec4 sobol_4d(std::uint32_t index, std::uint32_t seed_xy, std::uint32_t seed_zw) {
+  const SobolKeys xy(seed_xy), zw(seed_zw);
   const std::uint32_t reversed = reverse_bits(index);
-  const Word4 shuffled = reverse_bits(scramble_reversed(
-      Word4{reversed, reversed, reversed, reversed}, Word4{high(seed_xy), high(seed_xy), high(seed_zw), high(seed_zw)}));
+  const Word4 shuffled = reverse_bits(scramble_reversed(Word4{reversed, reversed, reversed, reversed},
+                                                        Word4{xy.order, xy.order, zw.order, zw.order}));
   const Word4 y = sobol_y_reversed(shuffled);
   const Word4 sample = reverse_bits(
-      scramble_reversed(Word4{shuffled[0], y[1], shuffled[2], y[3]}, Word4{low(xy), high(xy), low(zw), high(zw)}));
-  const auto unit = [&](int i) { return static_cast<float>(sample[i] >> 8) * 0x1p-24f; };
-  return {unit(0), unit(1), unit(2), unit(3)};
+      scramble_reversed(Word4{shuffled[0], y[1], shuffled[2], y[3]}, Word4{xy.x, xy.y, zw.x, zw.y}));
+  return {unit_interval(sample[0]), unit_interval(sample[1]), unit_interval(sample[2]), unit_interval(sample[3])};
 }
 
 }  // namespace photond

@@ -144,23 +144,19 @@ class Shooter {
     for (const std::uint32_t i : live_) {
       if (record != nullptr) record->push_back(walks_[i].ray);
       new (&hits_[i]) Hit(scene_.accel.intersect(walks_[i].ray));  // in place: a copy would stall on its stores
-      if (far_) placed(hits_[i]).prefetch_triangle(hits_[i].triangle);
+      if (far_) scene_.placed_at(hits_[i]).prefetch_triangle(hits_[i].triangle);
     }
     for (const std::uint32_t i : live_) {
-      if (far_) placed(hits_[i]).prefetch_vertices(hits_[i].triangle);
+      if (far_) scene_.placed_at(hits_[i]).prefetch_vertices(hits_[i].triangle);
     }
     block_.rays += live_.size;
-  }
-
-  const PlacedMesh& placed(const Hit& hit) const {
-    return scene_.placed[std::min<std::size_t>(hit.instance, scene_.placed.size() - 1)];
   }
 
   void scatter_all() {
     Subset plain, other, ended;
     for (const std::uint32_t i : live_) {
       const bool found = hits_[i].found();
-      const bool is_plain = placed(hits_[i]).plain & !walks_[i].medium.active();
+      const bool is_plain = scene_.placed_at(hits_[i]).plain & !walks_[i].medium.active();
       plain.add(i, is_plain);
       other.add(i, found & !is_plain);
       ended.add(i, !found);

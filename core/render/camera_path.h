@@ -1,8 +1,10 @@
 #pragma once
 
+#include "core/math/warp.h"
 #include "core/photon/scales.h"
 #include "core/render/radiance.h"
 #include "core/trace/medium.h"
+#include "core/trace/roulette.h"
 
 namespace photond {
 
@@ -15,9 +17,8 @@ struct CameraPath {
   float spread = 0;              ///< what it grows by in a metre
   Medium medium;
   std::uint32_t depth = 0;
-  bool last_delta = true;
-  float last_pdf = 0;
-  Vec3 last_position{0};
+  float last_pdf = 0;            ///< per solid angle, of the ray's direction; 0 of a mirror's, and of the camera's
+  bool gathering = false;        ///< a final-gather ray: leaves emission to where it comes from, and ends in photons
 
   // Technique::merge
   bool scattered = false;   ///< a gathered lobe was followed: photons bring there what follows by followed lobes
@@ -38,6 +39,14 @@ struct CameraPath {
   // All where no photon can arrive: an infinite or undefined ratio.
   static float share_of(float rho) { return rho < kInfinity ? rho / (1 + rho) : 1; }
 };
+
+/// Probability with which Russian roulette lets a path go on from its vertex at `depth` with a throughput: by the weight
+/// without refraction's compression, which a later refraction undoes. Not on the first few bounces, which carry most of
+/// the picture.
+inline float roulette_survival(const Rgb& throughput, float compression, std::uint32_t depth) {
+  static constexpr std::uint32_t kFirst = 4;
+  return choose(depth < kFirst, 1, survival_probability(max_component(throughput) * compression, depth));
+}
 
 /// The lobes of a surface, by what a technique does with them.
 struct Lobes {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "core/math/lanes.h"
 #include "core/math/sobol.h"
 
 namespace photond {
@@ -9,40 +10,58 @@ namespace photond {
 /// Consecutive passes whose camera samples are stratified against one another.
 inline constexpr std::uint32_t kStratifiedPasses = 16;
 
-/// The random numbers of one pixel in one pass: an Owen-scrambled Sobol sequence over the passes of a block for the
-/// first dimensions, independent numbers beyond them. Depends on nothing but its arguments.
+/// The random numbers of one pixel in one pass: pairs from Owen-scrambled Sobol sequences over the passes of a block.
+/// Depends on nothing but its arguments.
 class CameraSampler {
  public:
+  CameraSampler() = default;
   CameraSampler(std::uint64_t seed, std::uint32_t pass, std::uint64_t pixel)
-      : rng_(seed, RngPurpose::camera, pass, pixel),
-        key_(mix64(mix64(seed + 0x6a09e667f3bcc909ULL) ^ mix64(pixel * 0x9e3779b97f4a7c15ULL + pass / kStratifiedPasses))),
-        index_(pass % kStratifiedPasses) {}
+      : CameraSampler(pass % kStratifiedPasses, mix64(mix64(seed + 0x6a09e667f3bcc909ULL) ^ mix64(pixel * 0x9e3779b97f4a7c15ULL + pass / kStratifiedPasses))) {}
 
   /// Two numbers that are stratified together.
-  Vec2 next2() {
-    if (dimension_ == kStratified) return rng_.next2();
-    return sobol_2d(index_, key(++dimension_));
-  }
-  float next() { return dimension_ == kStratified ? rng_.next() : next2().x; }
+  Vec2 next2() { return sobol_2d(index_, seed(++dimension_)); }
+  float next() { return next2().x; }
   /// next2() twice.
   Vec4 next4() {
-    if (dimension_ + 2 > kStratified) {
-      const Vec2 xy = next2();
-      const Vec2 zw = next2();
-      return {xy, zw};
-    }
     dimension_ += 2;
-    return sobol_4d(index_, key(dimension_ - 1), key(dimension_));
+    return sobol_4d(index_, seed(dimension_ - 1), seed(dimension_));
+  }
+
+  /// Other numbers, for a path that leaves this one here.
+  CameraSampler branch() {
+    const std::uint64_t key = static_cast<std::uint64_t>(high_) << 32 | low_;
+    return {index_, mix64(key + 0x9e3779b97f4a7c15ULL * ++dimension_)};
   }
 
  private:
-  static constexpr std::uint32_t kStratified = 24;  // pairs
-  std::uint64_t key(std::uint32_t dimension) const { return key_ + 0x9e3779b97f4a7c15ULL * dimension; }
+  friend struct SamplerLanes;
+  CameraSampler(std::uint32_t index, std::uint64_t key)
+      : index_(index), low_(static_cast<std::uint32_t>(key)), high_(static_cast<std::uint32_t>(key >> 32)) {}
 
-  Rng rng_;
-  std::uint64_t key_;
-  std::uint32_t index_;
+  static std::uint32_t seed(std::uint32_t low, std::uint32_t high, std::uint32_t dimension) {
+    return mix32(low + 0x9e3779b9u * dimension) ^ high;
+  }
+  std::uint32_t seed(std::uint32_t dimension) const { return seed(low_, high_, dimension); }
+
+  std::uint32_t index_ = 0;
+  std::uint32_t low_ = 0, high_ = 0;   // halves of a key
   std::uint32_t dimension_ = 0;
+};
+
+/// The numbers of several samplers.
+struct alignas(64) SamplerLanes {
+  std::uint32_t index[kLanes], low[kLanes], high[kLanes], dimension[kLanes];
+
+  /// Fills lane k with what the sampler returns next, and lets it skip the `pairs` that will be drawn here.
+  void set(std::uint32_t k, CameraSampler& sampler, std::uint32_t pairs) {
+    index[k] = sampler.index_;
+    low[k] = sampler.low_;
+    high[k] = sampler.high_;
+    dimension[k] = sampler.dimension_;
+    sampler.dimension_ += pairs;
+  }
+  /// CameraSampler::next2 of the first `count` lanes.
+  void next2(std::uint32_t count, float (&x)[kLanes], float (&y)[kLanes]);
 };
 
 }  // namespace photond

@@ -24,9 +24,15 @@ float weight(const Bsdf& bsdf, const DirectSample& light, LobeMask mask, float s
   return power_heuristic(light.pdf_w, share * bsdf.pdf(light.wi, mask));
 }
 
-Rgb sample_light(const Receiver& r, const Vec3& u) {
+// Light from one sampled point, and the ray along which it comes; black where there is none.
+struct Incoming {
+  Ray ray;
+  Rgb light{0};
+};
+
+Incoming sample_light(const Receiver& r, const Vec3& u) {
   const DirectSample light = r.scene.lights.sample_direct(r.scene.scene, r.surface.position, u);
-  if (is_black(light.radiance)) return Rgb(0);
+  if (is_black(light.radiance)) return {};
   Rgb f(0);
   if (r.lobes.gathered != kNoLobe) {
     f += weight(r.bsdf, light, r.lobes.gathered, r.lobes.gathered_share) *
@@ -36,32 +42,34 @@ Rgb sample_light(const Receiver& r, const Vec3& u) {
     f += weight(r.bsdf, light, r.lobes.followed, r.lobes.followed_share) *
          r.path.share(r.surface, light.wi, light.etendue) * r.bsdf.eval(light.wi, r.followed, Transport::radiance);
   }
-  if (is_black(f)) return Rgb(0);
+  if (is_black(f)) return {};
   const Vec3 from = spawn_point(r.surface.position, r.surface.ng, r.surface.extent, light.wi);
-  if (r.scene.accel.occluded(light.infinite ? Ray{from, light.wi} : Ray{from, light.target - from, 1})) return Rgb(0);
-  Rgb contribution = f * light.radiance * std::abs(glm::dot(light.wi, r.surface.ns));
+  const Ray ray = light.infinite ? Ray{from, light.wi} : Ray{from, light.target - from, 1};
+  Rgb contribution = r.path.throughput * f * light.radiance * std::abs(glm::dot(light.wi, r.surface.ns));
   if (r.path.medium.active() && !light.infinite) {
     contribution *= r.path.medium.transmittance(glm::distance(from, light.target));
   }
-  return contribution;
+  return {ray, contribution};
 }
 
 }  // namespace
 
-Rgb sample_direct_light(const PreparedScene& scene, const CameraPath& path, const SurfacePoint& surface,
-                        const Bsdf& bsdf, const Lobes& lobes, bool see_followed, CameraSampler& rng) {
-  const LobeMask followed = see_followed ? lobes.followed & ~bsdf.delta_lobes() : kNoLobe;
-  if ((lobes.gathered | followed) == kNoLobe || scene.lights.empty()) return Rgb(0);
+void sample_direct_light(const PreparedScene& scene, const CameraPath& path, const SurfacePoint& surface,
+                         const Bsdf& bsdf, const Lobes& lobes, CameraSampler& rng, std::uint32_t sample,
+                         ShadowRays& shadows) {
+  const LobeMask followed = path.gathering ? kNoLobe : lobes.followed & ~bsdf.delta_lobes();
+  if ((lobes.gathered | followed) == kNoLobe || scene.lights.empty()) return;
   const Vec3 u(rng.next4());
   const Receiver receiver{scene, path, surface, bsdf, lobes, followed};
+  const auto add = [&](const Vec3& v, float share) {
+    const Incoming incoming = sample_light(receiver, v);
+    if (!is_black(incoming.light)) shadows.add(sample, incoming.ray, share * incoming.light);
+  };
   const bool ends = lobes.gathered != kNoLobe && lobes.gathered_share == 0;
-  if (!ends || !see_followed) return sample_light(receiver, u);
-  // A path that ends in photons has cost much and sees light once: several points of the lights, evenly spread. Their
-  // shadow rays one by one: four in a packet took the same time on Cornell boxes and on a bulb of glass.
+  if (!ends || path.gathering) return add(u, 1);
+  // A path that ends in photons has cost much and sees light once: several points of the lights, evenly spread.
   static constexpr Vec3 kShifts[] = {{0, 0, 0}, {0.5f, 0.5f, 0.25f}, {0.25f, 0.75f, 0.5f}, {0.75f, 0.25f, 0.75f}};
-  Rgb sum(0);
-  for (const Vec3& shift : kShifts) sum += sample_light(receiver, glm::fract(u + shift));
-  return sum / static_cast<float>(std::size(kShifts));
+  for (const Vec3& shift : kShifts) add(glm::fract(u + shift), 1.0f / std::size(kShifts));
 }
 
 }  // namespace photond

@@ -1,6 +1,7 @@
 // Silverman 1986: variance of kernel density estimates.
 #include "core/render/pilot.h"
 
+#include <array>
 #include <vector>
 
 #include "core/render/gather.h"
@@ -60,16 +61,24 @@ float expected_photons(const PreparedScene& scene, const RadianceSettings& setti
   return kInfinity;
 }
 
+Moments measure_paths(const PreparedScene& scene, const Ray& ray, const RadianceSettings& settings, std::uint64_t seed,
+                      std::uint64_t pixel) {
+  std::array<Ray, kPaths> rays;
+  std::array<CameraSampler, kPaths> samplers;
+  std::array<RadianceSample, kPaths> samples{};
+  rays.fill(ray);
+  for (std::uint32_t i = 0; i < kPaths; ++i) samplers[i] = CameraSampler(seed, i, pixel);
+  estimate_incoming(scene, settings, rays, samplers, samples);
+  Moments moments;
+  for (const RadianceSample& sample : samples) moments.add(sample.radiance);
+  return moments;
+}
+
 // Light that photons would bring is what paths see beyond those that end where photons would be gathered.
 PixelNoise measure_pixel(const PreparedScene& scene, const Ray& ray, const RadianceSettings& paths,
                          const RadianceSettings& ends, const GatherGuide& guide, std::uint64_t pixel) {
-  Moments going_on, ending;
-  for (std::uint32_t i = 0; i < kPaths; ++i) {
-    CameraSampler on(kPilotSeed, i, pixel);
-    going_on.add(estimate_incoming(scene, paths, ray, on).radiance);
-    CameraSampler end(kPilotSeed + 1, i, pixel);
-    ending.add(estimate_incoming(scene, ends, ray, end).radiance);
-  }
+  const Moments going_on = measure_paths(scene, ray, paths, kPilotSeed, pixel);
+  const Moments ending = measure_paths(scene, ray, ends, kPilotSeed + 1, pixel);
   CameraSampler rng(kPilotSeed + 2, 0, pixel);
   const double photons = static_cast<double>(expected_photons(scene, paths, guide.global, ray, rng));
   PixelNoise noise{going_on.mean(), ending.variance(), going_on.variance()};

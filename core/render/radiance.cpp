@@ -3,19 +3,19 @@
 
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "core/render/camera_path.h"
 #include "core/render/direct_light.h"
 #include "core/render/gather.h"
+#include "core/render/plain_vertices.h"
+#include "core/render/shadow_rays.h"
 #include "core/trace/gathered.h"
-#include "core/trace/roulette.h"
 
 namespace photond {
 
 namespace {
-
-// Bounces before roulette starts on camera paths, whose first vertices carry most of the picture.
-constexpr std::uint32_t kRouletteDepth = 4;
 
 // How quickly the footprint of a path grows, in metres a metre, after a bounce that scatters: caustics that are seen by
 // way of one are blurred by it anyway.
@@ -25,180 +25,259 @@ constexpr float kScatteredSpread = 0.1f;
 // every pass instead of in one of fifty.
 constexpr std::uint32_t kSplitDepth = 2;
 
-// One walk from the camera (or from a gather point) through the scene.
-class RadianceWalk {
- public:
-  // `see_emitters`: emission met, and light sampled for followed lobes, belongs to this walk. A final-gather ray
-  // leaves both to its origin's direct light and caustics.
-  RadianceWalk(const PreparedScene& scene, const RadianceSettings& settings, CameraSampler& rng, bool see_emitters)
-      : scene_(scene), settings_(settings), rng_(rng), see_emitters_(see_emitters) {}
+// One path on its way through the scene.
+struct Walk {
+  CameraPath path;
+  CameraSampler rng;
+  std::uint32_t sample = 0;   // where its light belongs
+};
 
-  RadianceSample run(const Ray& ray) {
-    path_.ray = ray;
-    path_.footprint = settings_.pixel_width;
-    path_.spread = settings_.pixel_spread;
-    for (;;) {
-      while (step()) ++path_.depth;
-      if (waiting_ == 0) break;
-      path_ = branches_[--waiting_];
+// The walks from the camera of up to kLanes samples, advanced together, one bounce at a time.
+class RadianceWalks {
+ public:
+  RadianceWalks(const PreparedScene& scene, const RadianceSettings& settings)
+      : scene_(scene), settings_(settings), shadows_(scene.accel) {}
+
+  void run(std::span<const Ray> rays, std::span<const CameraSampler> samplers, std::span<RadianceSample> samples) {
+    samples_ = samples;
+    shadows_.begin(samples);
+    gathered_ = {};
+    for (std::uint32_t i = 0; i < rays.size(); ++i) start(walks_[i], i, rays[i], samplers[i]);
+    live_count_ = static_cast<std::uint32_t>(rays.size());
+    std::iota(live_.begin(), live_.end(), 0);
+    for (Coherence coherence = Coherence::high; live_count_ > 0; coherence = Coherence::none) {
+      intersect(coherence);
+      advance_all();
+      shadows_.trace();
+      begin_branches();
     }
-    return {radiance_ + gathered_.widest, gathered_.bands, truncated_};
+    for (std::uint32_t i = 0; i < samples.size(); ++i) {
+      samples[i].radiance += gathered_[i].widest;
+      samples[i].bands = gathered_[i].bands;
+    }
   }
 
  private:
-  bool step() {
-    const Hit hit = scene_.accel.intersect(path_.ray);
-    if (!hit.found()) {
-      add_environment();
-      return false;
-    }
-    const SurfacePoint surface = make_surface(scene_.scene, path_.ray, hit);
-    path_.throughput *= path_.medium.transmittance(surface, hit.t);
-    add_emission(surface);
-    // The last bounce's light may be found here as well as by sampling it from there: only now the path is cut.
-    if (path_.depth == settings_.max_depth) {
-      truncated_ = true;
-      return false;
-    }
-    const Bsdf bsdf(scene_.scene, surface, -path_.ray.direction);
-    const Lobes lobes = divide(bsdf, settings_.technique);
-    radiance_ += path_.throughput * sample_direct_light(scene_, path_, surface, bsdf, lobes, see_emitters_, rng_);
-    path_.footprint += path_.spread * hit.t;
-    Merge merge;
-    if (lobes.gathered != kNoLobe) merge = add_indirect(surface, bsdf, lobes);
-    return follow(surface, bsdf, lobes, merge);
+  void start(Walk& walk, std::uint32_t sample, const Ray& ray, const CameraSampler& sampler) const {
+    walk.path = {};
+    walk.path.ray = ray;
+    walk.path.footprint = settings_.pixel_width;
+    walk.path.spread = settings_.pixel_spread;
+    walk.rng = sampler;
+    walk.sample = sample;
   }
+
+  void intersect(Coherence coherence) {
+    for (std::uint32_t k = 0; k < live_count_; ++k) rays_.set(k, walks_[live_[k]].path.ray);
+    scene_.accel.intersect(rays_, live_count_, coherence, hits_);
+  }
+
+  void advance_all() {
+    std::uint32_t plain = 0, alive = 0;
+    for (std::uint32_t k = 0; k < live_count_; ++k) {
+      Walk& walk = walks_[live_[k]];
+      const Hit hit = hits_[k];
+      if (is_plain(walk.path, hit)) {
+        plain_walks_[plain] = live_[k];
+        if (scene_.placed_at(hit).emissive) add_emission(walk, make_surface(scene_.scene, walk.path.ray, hit), hit.t);
+        plain_.set(plain++, scene_.placed_at(hit), hit, walk.path, walk.rng);
+      } else if (advance(walk, hit)) {
+        live_[alive++] = live_[k];
+      }
+    }
+    live_count_ = alive;
+    if (plain > 0) advance_plain(plain);
+    for (std::uint32_t k = 0; k < live_count_; ++k) ++walks_[live_[k]].path.depth;
+  }
+
+  // Lets branches begin where there is room.
+  void begin_branches() {
+    if (branches_.empty() || live_count_ == kLanes) return;
+    std::array<bool, kLanes> taken{};
+    for (std::uint32_t k = 0; k < live_count_; ++k) taken[live_[k]] = true;
+    for (std::uint32_t i = 0; i < kLanes && !branches_.empty(); ++i) {
+      if (taken[i]) continue;
+      walks_[i] = branches_.back();
+      branches_.pop_back();
+      live_[live_count_++] = i;
+    }
+  }
+
+  // Whether a path may be advanced by PlainVertices.
+  bool is_plain(const CameraPath& path, const Hit& hit) const {
+    return settings_.technique == Technique::trace && scene_.placed_at(hit).plain && !scene_.lights.empty() &&
+           !path.medium.active() && path.depth < settings_.max_depth;
+  }
+
+  void advance_plain(std::uint32_t count) {
+    plain_.shade(scene_, count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      Walk& walk = walks_[plain_walks_[i]];
+      if (!is_black(plain_.light[i])) shadows_.add(walk.sample, plain_.shadow.ray(i), plain_.light[i]);
+      walk.path.ray.origin = plain_.origin[i];
+      walk.path.ray.direction = plain_.next_direction[i];
+      walk.path.throughput = plain_.next_throughput[i];
+      walk.path.last_pdf = plain_.next_pdf[i];
+      live_[live_count_] = plain_walks_[i];
+      live_count_ += !is_black(walk.path.throughput);
+    }
+  }
+
+  // From the ray's end off the surface again; false where the path ends.
+  bool advance(Walk& walk, const Hit& hit) {
+    CameraPath& path = walk.path;
+    if (!hit.found()) {
+      add_environment(walk);
+      return false;
+    }
+    const SurfacePoint surface = make_surface(scene_.scene, path.ray, hit);
+    path.throughput *= path.medium.transmittance(surface, hit.t);
+    add_emission(walk, surface, hit.t);
+    // The last bounce's light may be found here as well as by sampling it from there: only now the path is cut.
+    if (path.depth == settings_.max_depth) {
+      samples_[walk.sample].truncated = true;
+      return false;
+    }
+    const Bsdf bsdf(scene_.scene, surface, -path.ray.direction);
+    const Lobes lobes = divide(bsdf, technique(path));
+    sample_direct_light(scene_, path, surface, bsdf, lobes, walk.rng, walk.sample, shadows_);
+    path.footprint += path.spread * hit.t;
+    Merge merge;
+    if (lobes.gathered != kNoLobe) merge = add_indirect(walk, surface, bsdf, lobes);
+    return follow(walk, surface, bsdf, lobes, merge);
+  }
+
+  Technique technique(const CameraPath& path) const { return path.gathering ? Technique::nearest : settings_.technique; }
+
+  void add(const Walk& walk, const Rgb& light) { samples_[walk.sample].radiance += walk.path.throughput * light; }
 
   // MIS weight of light found by following a lobe, against sampling it from the previous vertex.
-  float hit_weight(float pdf_direct) const {
-    return path_.depth == 0 || path_.last_delta ? 1 : power_heuristic(path_.last_pdf, pdf_direct);
+  static float hit_weight(const CameraPath& path, float pdf_direct) {
+    return path.last_pdf == 0 ? 1 : power_heuristic(path.last_pdf, pdf_direct);
   }
 
-  void add_environment() {
-    if (!see_emitters_ || !scene_.scene.environment.active()) return;
-    const Vec3& direction = path_.ray.direction;
-    const float pdf_direct = path_.depth > 0 ? scene_.lights.pdf_environment(scene_.scene, direction) : 0;
+  void add_environment(const Walk& walk) {
+    const CameraPath& path = walk.path;
+    if (path.gathering || !scene_.scene.environment.active()) return;
+    const Vec3& direction = path.ray.direction;
+    const float pdf_direct = path.depth > 0 ? scene_.lights.pdf_environment(scene_.scene, direction) : 0;
     const float etendue =
-        path_.chained ? scene_.lights.environment_etendue(pdf_direct, path_.ray.origin, direction) : kInfinity;
-    const float weight = hit_weight(pdf_direct) * path_.share(etendue);
-    radiance_ += path_.throughput * scene_.scene.environment.from(direction) * weight;
+        path.chained ? scene_.lights.environment_etendue(pdf_direct, path.ray.origin, direction) : kInfinity;
+    add(walk, scene_.scene.environment.from(direction) * (hit_weight(path, pdf_direct) * path.share(etendue)));
   }
 
-  void add_emission(const SurfacePoint& surface) {
-    if (!see_emitters_ || !surface.material->emissive()) return;
+  void add_emission(const Walk& walk, const SurfacePoint& surface, float distance) {
+    const CameraPath& path = walk.path;
+    if (path.gathering || !surface.material->emissive()) return;
     const Rgb emitted = emitted_radiance(scene_.scene, surface);
     if (is_black(emitted)) return;
-    const bool sampled = path_.depth > 0 && !path_.last_delta;
-    const float pdf_direct = sampled ? scene_.lights.pdf_direct(path_.last_position, surface) : 0;
-    const float etendue = path_.chained ? scene_.lights.etendue(surface, -path_.ray.direction) : kInfinity;
-    const float weight = hit_weight(pdf_direct) * path_.share(etendue);
-    radiance_ += path_.throughput * emitted * weight;
+    const Vec3& direction = path.ray.direction;
+    const float pdf_direct = path.last_pdf > 0 ? scene_.lights.pdf_direct(surface, direction, distance) : 0;
+    const float etendue = path.chained ? scene_.lights.etendue(surface, -direction) : kInfinity;
+    add(walk, emitted * (hit_weight(path, pdf_direct) * path.share(etendue)));
   }
 
   // Light that photons bring to the gathered lobes, and how it is shared with a path that goes on.
-  Merge add_indirect(const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes) {
-    switch (settings_.technique) {
+  Merge add_indirect(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes) {
+    ScaleEstimate& gathered = gathered_[walk.sample];
+    switch (technique(walk.path)) {
       case Technique::trace:
         break;
       case Technique::merge:
-        return gather_caustic(settings_, scene_.lights, path_, surface, bsdf, lobes, gathered_);
+        return gather_caustic(settings_, scene_.lights, walk.path, surface, bsdf, lobes, gathered);
       case Technique::density:
-        gather_density(settings_, path_, surface, bsdf, lobes, gathered_);
+        gather_density(settings_, walk.path, surface, bsdf, lobes, gathered);
         break;
       case Technique::nearest:
-        radiance_ += path_.throughput * (gather_nearest(settings_, *settings_.global, surface, bsdf, lobes) +
-                                         gather_nearest(settings_, *settings_.caustic, surface, bsdf, lobes));
+        add(walk, gather_nearest(settings_, *settings_.global, surface, bsdf, lobes));
+        add(walk, gather_nearest(settings_, *settings_.caustic, surface, bsdf, lobes));
         break;
       case Technique::final_gather:
-        radiance_ += path_.throughput * (gather_nearest(settings_, *settings_.caustic, surface, bsdf, lobes) +
-                                         gather(surface, bsdf, lobes.gathered));
+        add(walk, gather_nearest(settings_, *settings_.caustic, surface, bsdf, lobes));
+        gather(walk, surface, bsdf, lobes.gathered);
         break;
     }
     return {};
   }
 
-  Rgb gather(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
-    const auto sample = bsdf.sample(Vec3(rng_.next4()), mask, Transport::radiance);
-    if (!sample) return Rgb(0);
-    RadianceSettings settings = settings_;
-    settings.technique = Technique::nearest;
-    RadianceWalk walk(scene_, settings, rng_, false);
-    const RadianceSample incoming = walk.run(spawn_ray(surface, sample->wi));
-    truncated_ = truncated_ || incoming.truncated;
-    return sample->weight * incoming.radiance;
+  // Sends a final-gather ray on its own way.
+  void gather(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask) {
+    const auto sample = bsdf.sample(Vec3(walk.rng.next4()), mask, Transport::radiance);
+    if (!sample) return;
+    Walk& branch = branch_off(walk);
+    continue_by(branch.path, surface, *sample, 1);
+    branch.path.gathering = true;
   }
 
-  bool follow(const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes, const Merge& merge) {
+  bool follow(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes, const Merge& merge) {
+    CameraPath& path = walk.path;
     if (lobes.followed == kNoLobe && lobes.gathered_share == 0) return false;
-    if (path_.depth < kSplitDepth && settings_.technique != Technique::trace) {
+    if (path.depth < kSplitDepth && settings_.technique != Technique::trace) {
       const float reflected = bsdf.smooth_glass_reflectance();
-      if (reflected > 0 && reflected < 1) return follow_both(surface, bsdf, reflected);
+      if (reflected > 0 && reflected < 1) return follow_both(walk, surface, bsdf, reflected);
     }
-    Vec4 u = rng_.next4();
+    Vec4 u = walk.rng.next4();
     const bool scatters = u.z < lobes.gathered_share;
     const float chosen = scatters ? lobes.gathered_share : lobes.followed_share;
     u.z = std::min((scatters ? u.z : u.z - lobes.gathered_share) / chosen, 0x1.fffffep-1f);
     const LobeMask mask = scatters ? lobes.gathered : lobes.followed;
     const auto sample = bsdf.sample(Vec3(u), mask, Transport::radiance);
     if (!sample) return false;
-    continue_by(surface, *sample, 1 / chosen);
-    path_.last_pdf *= chosen;
+    continue_by(path, surface, *sample, 1 / chosen);
+    path.last_pdf *= chosen;
     if (scatters) {
-      path_.scattered = true;
-      path_.chained = false;
-      path_.ratio = merge.ratio(surface, bsdf, mask, sample->wi, 1);
-      path_.spread = std::max(path_.spread, kScatteredSpread);
+      path.scattered = true;
+      path.chained = false;
+      path.ratio = merge.ratio(surface, bsdf, mask, sample->wi, 1);
+      path.spread = std::max(path.spread, kScatteredSpread);
     }
-    // Roulette by the weight without refraction's compression, which a later refraction undoes.
-    if (path_.depth >= kRouletteDepth) {
-      const float survival =
-          survival_probability(max_component(path_.throughput) * path_.compression, path_.depth);
-      if (!(u.w < survival)) return false;
-      path_.throughput /= survival;
-    }
-    return true;
+    const float survival = roulette_survival(path.throughput, path.compression, path.depth);
+    path.throughput /= survival;
+    return u.w < survival;
   }
 
-  // Goes on by refraction and keeps the reflection for later, each with its share instead of by chance.
-  bool follow_both(const SurfacePoint& surface, const Bsdf& bsdf, float reflected) {
+  // Goes on by refraction and lets the reflection branch off, each with its share instead of by chance.
+  bool follow_both(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, float reflected) {
     const auto reflection = bsdf.sample({0, 0, 0}, kGlassLobe, Transport::radiance);
     const auto refraction = bsdf.sample({0, 0, 0x1.fffffep-1f}, kGlassLobe, Transport::radiance);
-    const CameraPath before = path_;
-    if (reflection) {
-      continue_by(surface, *reflection, reflected);
-      ++path_.depth;
-      branches_[waiting_++] = path_;
-    }
-    if (!refraction) return false;
-    path_ = before;
-    continue_by(surface, *refraction, 1 - reflected);
-    return true;
+    if (reflection) continue_by(branch_off(walk).path, surface, *reflection, reflected);
+    if (refraction) continue_by(walk.path, surface, *refraction, 1 - reflected);
+    return refraction.has_value();
   }
 
-  void continue_by(const SurfacePoint& surface, const BsdfSample& sample, float share) {
-    path_.throughput *= sample.weight * share;
+  // A copy of the walk that goes on by itself, from the next bounce on.
+  Walk& branch_off(Walk& walk) {
+    Walk& branch = branches_.emplace_back(walk);
+    branch.rng = walk.rng.branch();
+    ++branch.path.depth;
+    return branch;
+  }
+
+  static void continue_by(CameraPath& path, const SurfacePoint& surface, const BsdfSample& sample, float share) {
+    path.throughput *= sample.weight * share;
     if (sample.transmitted) {
-      path_.compression *= compression(*surface.material, surface.front);
-      path_.ratio *= compression(*surface.material, surface.front);
+      path.compression *= compression(*surface.material, surface.front);
+      path.ratio *= compression(*surface.material, surface.front);
     }
-    path_.chained = path_.scattered;
-    path_.medium.cross(surface, sample);
-    path_.last_delta = sample.delta;
-    path_.last_pdf = sample.pdf_w;
-    path_.last_position = surface.position;
-    path_.ray = spawn_ray(surface, sample.wi);
+    path.chained = path.scattered;
+    path.medium.cross(surface, sample);
+    path.last_pdf = sample.pdf_w;
+    path.ray = spawn_ray(surface, sample.wi);
   }
 
   const PreparedScene& scene_;
   const RadianceSettings& settings_;
-  CameraSampler& rng_;
-  bool see_emitters_;
-  CameraPath path_;
-  std::array<CameraPath, kSplitDepth> branches_;   // waiting to be followed: one for each vertex that has split
-  std::uint32_t waiting_ = 0;
-  Rgb radiance_{0};
-  ScaleEstimate gathered_;
-  bool truncated_ = false;
+  std::span<RadianceSample> samples_;
+  std::array<Walk, kLanes> walks_;
+  std::array<std::uint32_t, kLanes + 1> live_;   // those of the walks that go on; one more is written, too
+  std::uint32_t live_count_ = 0;
+  std::vector<Walk> branches_;                   // those that wait for a place among the walks
+  RayLanes rays_{};                              // of the live walks
+  HitLanes hits_;
+  PlainVertices plain_{};
+  std::array<std::uint32_t, kLanes> plain_walks_;
+  ShadowRays shadows_;
+  std::array<ScaleEstimate, kLanes> gathered_;
 };
 
 }  // namespace
@@ -213,9 +292,13 @@ Lobes divide(const Bsdf& bsdf, Technique technique) {
   return {gathered, followed, share, 1 - share};
 }
 
-RadianceSample estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, const Ray& ray,
-                                 CameraSampler& sampler) {
-  return RadianceWalk(scene, settings, sampler, true).run(ray);
+void estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, std::span<const Ray> rays,
+                       std::span<const CameraSampler> samplers, std::span<RadianceSample> samples) {
+  RadianceWalks walks(scene, settings);
+  for (std::size_t first = 0; first < rays.size(); first += kLanes) {
+    const std::size_t count = std::min<std::size_t>(kLanes, rays.size() - first);
+    walks.run(rays.subspan(first, count), samplers.subspan(first, count), samples.subspan(first, count));
+  }
 }
 
 }  // namespace photond

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
+#include "core/math/lanes.h"
 #include "core/math/scales.h"
 #include "core/photon/guide.h"
 #include "core/photon/photon_maps.h"
@@ -41,9 +43,13 @@ struct RadianceSample {
   bool truncated = false;   ///< the path was cut after max_depth bounces: the light of longer ones is missing
 };
 
-/// The radiance arriving along −ray.direction at ray.origin. Unbiased for Technique::trace; otherwise with the bias
-/// of the density estimate, which vanishes with the radius (density, merge).
-RadianceSample estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, const Ray& ray,
-                                 CameraSampler& sampler);
+/// The radiance arriving along −direction at the origin of each ray, with the sampler that belongs to it. Unbiased for
+/// Technique::trace; otherwise with the bias of the density estimate, which vanishes with the radius (density, merge).
+/// The three are of one length; the last bits of a sample may depend on the rays beside it.
+void estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, std::span<const Ray> rays,
+                       std::span<const CameraSampler> samplers, std::span<RadianceSample> samples);
+
+/// A length at which setting out does not count.
+inline constexpr std::size_t kSamplesTogether = 8 * kLanes;
 
 }  // namespace photond

@@ -1,5 +1,6 @@
 #include "core/render/render.h"
 
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -137,17 +138,28 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
   PassImage image{.radiance = Image(width, height)};
   if (settings.technique == Technique::density || settings.technique == Technique::merge) image.bands.resize(image.radiance.pixels.size());
   std::atomic<std::uint64_t> truncated{0};
-  parallel_for(execution, image.radiance.pixels.size(), 256, [&](std::size_t i) {
-    CameraSampler sampler(task.settings.seed, pass, i);
-    const Vec2 jitter = sampler.next2();
-    const auto x = static_cast<float>(i % static_cast<std::size_t>(width));
-    const auto y = static_cast<float>(i / static_cast<std::size_t>(width));
-    const Vec2 film{(x + jitter.x) / static_cast<float>(width), (y + jitter.y) / static_cast<float>(height)};
-    const RadianceSample sample =
-        estimate_incoming(*task.scene, settings, camera_ray(task.camera, film, aspect), sampler);
-    image.radiance.pixels[i] = sample.radiance;
-    if (sample.truncated) truncated.fetch_add(1, std::memory_order_relaxed);
-    if (!image.bands.empty()) image.bands[i] = sample.bands;
+  const std::size_t pixels = image.radiance.pixels.size();
+  parallel_for(execution, (pixels + kSamplesTogether - 1) / kSamplesTogether, 1, [&](std::size_t block) {
+    const std::size_t first = block * kSamplesTogether;
+    const std::size_t count = std::min(kSamplesTogether, pixels - first);
+    std::array<Ray, kSamplesTogether> rays;
+    std::array<CameraSampler, kSamplesTogether> samplers;
+    std::array<RadianceSample, kSamplesTogether> samples{};
+    for (std::size_t i = 0; i < count; ++i) {
+      samplers[i] = CameraSampler(task.settings.seed, pass, first + i);
+      const Vec2 jitter = samplers[i].next2();
+      const auto x = static_cast<float>((first + i) % static_cast<std::size_t>(width));
+      const auto y = static_cast<float>((first + i) / static_cast<std::size_t>(width));
+      const Vec2 film{(x + jitter.x) / static_cast<float>(width), (y + jitter.y) / static_cast<float>(height)};
+      rays[i] = camera_ray(task.camera, film, aspect);
+    }
+    estimate_incoming(*task.scene, settings, std::span(rays).first(count), std::span(samplers).first(count),
+                      std::span(samples).first(count));
+    for (std::size_t i = 0; i < count; ++i) {
+      image.radiance.pixels[first + i] = samples[i].radiance;
+      if (samples[i].truncated) truncated.fetch_add(1, std::memory_order_relaxed);
+      if (!image.bands.empty()) image.bands[first + i] = samples[i].bands;
+    }
   });
   if (execution.cancelled()) return cancelled();
   image.truncated = truncated;

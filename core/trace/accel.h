@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/base/result.h"
+#include "core/math/lanes.h"
 #include "core/scene/scene.h"
 
 namespace photond {
@@ -19,6 +20,30 @@ struct Hit {
   static constexpr std::uint32_t kNone = 0xffffffff;
   bool found() const { return instance != kNone; }
 };
+
+/// Rays side by side.
+struct alignas(64) RayLanes {
+  Vec3Lanes origin, direction;
+  float t_max[kLanes];
+
+  void set(std::uint32_t k, const Ray& ray) {
+    origin.set(k, ray.origin);
+    direction.set(k, ray.direction);
+    t_max[k] = ray.t_max;
+  }
+  Ray ray(std::size_t k) const { return {origin[k], direction[k], t_max[k]}; }
+};
+
+/// What they meet, as in Hit.
+struct alignas(64) HitLanes {
+  float t[kLanes], u[kLanes], v[kLanes];
+  std::uint32_t triangle[kLanes], instance[kLanes];
+
+  Hit operator[](std::size_t k) const { return {t[k], u[k], v[k], triangle[k], instance[k]}; }
+};
+
+/// Whether rays that lie side by side go much the same way, as those from a camera do: no matter of results.
+enum class Coherence : std::uint8_t { none, high };
 
 /// The intersection accelerator: one Embree scene in robust mode. Meshes placed several times are built once and
 /// instanced; meshes placed once with the identity transform lie directly in the top level.
@@ -38,6 +63,11 @@ class Accel {
 
   /// Whether anything lies in (0, ray.t_max).
   bool occluded(const Ray& ray) const;
+
+  /// The same for the first `count` of several rays, in less time than one by one. The last bits of a hit may depend on
+  /// which rays are side by side. `hidden` is 1 or 0.
+  void intersect(const RayLanes& rays, std::uint32_t count, Coherence coherence, HitLanes& hits) const;
+  void occluded(const RayLanes& rays, std::uint32_t count, std::uint8_t (&hidden)[kLanes]) const;
 
   std::uint64_t memory_bytes() const;
 

@@ -254,14 +254,50 @@ DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const 
   return sample;
 }
 
-float Lights::pdf_direct(const Vec3& point, const SurfacePoint& s) const {
+bool Lights::begin_direct(const Scene& scene, float u, std::uint32_t k, DirectLanes& lanes) const {
+  const std::uint32_t light = choice_.sample(u);
+  if (light >= emitters_.size()) return false;
+  const EmitterTriangle& emitter = emitters_[light];
+  const Material& material = scene.materials[emitter.material];
+  if (material.emission_texture.used()) return false;
+  lanes.origin.set(k, emitter.origin);
+  lanes.ab.set(k, emitter.ab);
+  lanes.ac.set(k, emitter.ac);
+  lanes.normal.set(k, emitter.normal);
+  lanes.emission.set(k, material.emission);
+  lanes.area[k] = emitter.area / choice_.pdf(light);
+  lanes.extent[k] = emitter.extent;
+  lanes.back[k] = material.double_sided ? 1 : 0;
+  return true;
+}
+
+void DirectLanes::sample(std::uint32_t count) {
+  const std::uint32_t end = whole_vectors(count);
+  for (std::uint32_t i = 0; i < end; ++i) {
+    const Vec2 uv = square_to_triangle({random[0][i], random[1][i]});
+    const Vec3 at = origin[i] + uv.x * ab[i] + uv.y * ac[i];
+    const Vec3 to_light = at - point[i];
+    const float distance_sq = glm::dot(to_light, to_light);
+    const Vec3 direction = to_light * (1 / std::sqrt(distance_sq));
+    const float cosine = -glm::dot(normal[i], direction);
+    const float facing = std::abs(cosine) * area[i];
+    const float shines = choose(cosine > 0, 1, back[i]);
+    // Where the light is seen edge-on, or from itself, there is none.
+    const bool seen = (distance_sq > 0) & (facing > 0);
+    wi.set(i, direction);
+    radiance.set(i, emission[i] * choose(seen, shines * facing / distance_sq, 0));
+    pdf_w[i] = choose(seen, distance_sq / facing, 0);
+    target.set(i, spawn_point(at, normal[i], extent[i], -direction));
+    infinite[i] = 0;
+  }
+}
+
+float Lights::pdf_direct(const SurfacePoint& s, const Vec3& direction, float distance) const {
   const std::uint32_t first = first_of_instance_[s.instance];
   if (first == kNoLight) return 0;
   const float area = emitters_[first + s.triangle].area;
-  const Vec3 to_light = s.position - point;
-  const float distance_sq = glm::dot(to_light, to_light);
-  const float cos_l = std::abs(glm::dot(s.ng, to_light)) / std::sqrt(distance_sq);
-  return cos_l > 0 ? choice_.pdf(first + s.triangle) * distance_sq / (cos_l * area) : 0;
+  const float cos_l = std::abs(glm::dot(s.ng, direction));
+  return cos_l > 0 ? choice_.pdf(first + s.triangle) * distance * distance / (cos_l * area) : 0;
 }
 
 float Lights::pdf_environment(const Scene& scene, const Vec3& direction) const {

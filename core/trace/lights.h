@@ -57,6 +57,34 @@ struct DirectSample {
   bool infinite = false;  ///< the shadow ray has no end; `target` is unused
 };
 
+/// Points on emissive triangles of one colour, seen from several places.
+struct alignas(64) DirectLanes {
+  // What comes in.
+  Vec3Lanes point;               ///< from where
+  float random[2][kLanes];
+  Vec3Lanes origin, ab, ac, normal;  ///< the triangles
+  Vec3Lanes emission;
+  float area[kLanes];            ///< over the probability of the choice
+  float extent[kLanes];
+  float back[kLanes];            ///< 1 where both sides shine, else 0
+
+  // What goes out, as in DirectSample.
+  Vec3Lanes wi, radiance, target;
+  float pdf_w[kLanes];
+  std::uint32_t infinite[kLanes];
+
+  /// Computes the first `count`.
+  void sample(std::uint32_t count);
+  /// Sets what goes out of lane k.
+  void set(std::uint32_t k, const DirectSample& sample) {
+    wi.set(k, sample.wi);
+    radiance.set(k, sample.radiance);
+    target.set(k, sample.target);
+    pdf_w[k] = sample.pdf_w;
+    infinite[k] = sample.infinite;
+  }
+};
+
 /// A path leaving a light.
 struct EmissionSample {
   Ray ray;
@@ -92,8 +120,12 @@ class Lights {
   /// A direction towards a light from `point`; black radiance where the light does not shine there. Visibility is
   /// not tested.
   DirectSample sample_direct(const Scene& scene, const Vec3& point, const Vec3& u) const;
-  /// Density per solid angle with which `sample_direct` from `point` finds the emitter surface `s`.
-  float pdf_direct(const Vec3& point, const SurfacePoint& s) const;
+  /// Fills lane k of what comes into `lanes`, but for the point and two of three random numbers, of which `u` is the last;
+  /// false, and nothing happens, unless the light that is chosen is a triangle of one colour.
+  bool begin_direct(const Scene& scene, float u, std::uint32_t k, DirectLanes& lanes) const;
+  /// Density per solid angle with which `sample_direct` finds the emitter surface `s` from the origin of the ray of a
+  /// unit direction that meets it after `distance`.
+  float pdf_direct(const SurfacePoint& s, const Vec3& direction, float distance) const;
   /// The same for the environment in a direction.
   float pdf_environment(const Scene& scene, const Vec3& direction) const;
 

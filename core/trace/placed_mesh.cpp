@@ -26,7 +26,7 @@ std::vector<PlacedMesh> placed_meshes(const Scene& scene) {
     const Mesh& mesh = scene.meshes[instance.mesh];
     const Material& material = scene.materials[mesh.material];
     placed.push_back({mesh.triangles.data(), mesh.vertices.data(), material.base_color, is_plain(scene, instance),
-                      !instance.moved && !material.normal_texture.used()});
+                      material.emissive(), !instance.moved && !material.normal_texture.used()});
   }
   placed.push_back({&kTriangle, &kVertex});
   return placed;

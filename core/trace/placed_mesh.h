@@ -15,6 +15,7 @@ struct alignas(32) PlacedMesh {
   /// The instance is flat, Lambertian and of one colour (`albedo`), and lies in the world as its mesh does: what
   /// most of a room is made of, and scatters light without a SurfacePoint or a Bsdf.
   bool plain = false;
+  bool emissive = false;
   bool in_place = false;                  ///< what SurfaceLanes can do: not moved, no normal texture
 
   /// Asks the cache for a triangle's indices, then (when those have arrived) for its vertices.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 
@@ -25,6 +26,11 @@ struct PreparedScene {
   std::vector<PlacedMesh> placed;    ///< for each instance, and none
   std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each
   std::uint64_t memory_bytes = 0;    ///< estimate: scene, textures and accelerator
+
+  /// What a ray has met, or the one more that stands for nothing.
+  const PlacedMesh& placed_at(const Hit& hit) const {
+    return placed[std::min<std::size_t>(hit.instance, placed.size() - 1)];
+  }
 };
 
 /// Builds the accelerator and the lights. Errors: cancelled, or the accelerator's own (out of memory).
