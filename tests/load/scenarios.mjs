@@ -107,7 +107,7 @@ export async function cancel({ start, figures }) {
     const id = json(await submit(server.port, { film, method, stop })).id;
     while (until && json(await call(server.port, 'GET', `/v1/jobs/${id}`)).state !== until) await sleep(5);
     if (until) await sleep(500);
-    else if (watch) await call(server.port, 'GET', `/v1/jobs/${id}/frames/latest.jpg?wait=60`);
+    else if (watch) while ((await call(server.port, 'GET', `/v1/jobs/${id}/frames/latest.jpg?wait=20`)).status !== 200);
     else await sleep(700);
     await call(server.port, 'POST', `/v1/jobs/${id}/cancel`);
     await sleep(1000);
