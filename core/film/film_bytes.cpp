@@ -1,5 +1,6 @@
 #include "core/film/film_bytes.h"
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
@@ -32,8 +33,16 @@ class Writer {
 
  private:
   void raw(const void* data, std::size_t size) {
-    if (size > 0 && status_) status_ = sink_({static_cast<const std::byte*>(data), size});
+    std::span<const std::byte> left(static_cast<const std::byte*>(data), size);
+    while (!left.empty() && status_) {
+      const auto piece = left.first(std::min(left.size(), kPiece));
+      status_ = sink_(piece);
+      left = left.subspan(piece.size());
+    }
   }
+  // What hashes and writes it finds it in the processor's cache, and may end the writing soon.
+  static constexpr std::size_t kPiece = 1 << 18;
+
   const ByteSink& sink_;
   Status status_ = Done{};
 };

@@ -17,9 +17,11 @@ void CheckpointRule::done(double seconds, double cost_seconds) {
 }
 
 Status save_checkpoint(JobFiles& files, const std::string& job, const std::string& identity, const Film& film,
-                       double seconds) {
+                       double seconds, const std::stop_token& stop) {
   return files.put_checkpoint(job, film.pass_count(), seconds, [&](const Blobs::Sink& sink) {
-    return write_accumulator(identity, film, sink);
+    return write_accumulator(identity, film, [&](std::span<const std::byte> piece) -> Status {
+      return stop.stop_requested() ? cancelled() : sink(piece);
+    });
   });
 }
 

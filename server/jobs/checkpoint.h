@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "core/film/film.h"
@@ -34,8 +35,9 @@ struct Restored {
   double seconds = 0;
 };
 
+/// Nothing is kept where `stop` asks meanwhile. Errors: cancelled, those of the disk.
 Status save_checkpoint(JobFiles& files, const std::string& job, const std::string& identity, const Film& film,
-                       double seconds);
+                       double seconds, const std::stop_token& stop);
 
 /// The newest checkpoint that is whole and of the same picture and program, which `identity` says; nothing where there
 /// is none. What is damaged or of another program is skipped: the job then begins further back. Errors: io.

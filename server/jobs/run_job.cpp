@@ -287,7 +287,7 @@ Status RunJob::checkpoint() {
   const Clock::time_point begin = Clock::now();
   missing_bytes_ = film_size(film_);
   if (const Status room = parts_.room.make_room(missing_bytes_); !room) return room;
-  const Status saved = save_checkpoint(parts_.files, job_->id, identity_, film_, compute_seconds_);
+  const Status saved = save_checkpoint(parts_.files, job_->id, identity_, film_, compute_seconds_, cancel_.get_token());
   if (!saved) return saved;
   missing_bytes_ = 0;
   checkpointed_ = true;
