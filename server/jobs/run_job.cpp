@@ -106,9 +106,11 @@ Status RunJob::advance() {
     return cancelled();
   }
   if (state != JobState::rendering || !task_) return prepare();
-  if (stop_rule_met()) return finish();  // by what was restored
   const bool nothing_shown = film_.pass_count() == 0 && !previewed_ && job_->record().revision == 0;
   if (nothing_shown && has_preview(*task_)) return publish_preview();
+  // Not before the preview: a film of many pixels takes as long.
+  if (film_.complete.empty()) film_ = Film(task_->settings.width, task_->settings.height);
+  if (stop_rule_met()) return finish();  // by what was restored
   if (const Status rendered = render_next_pass(); !rendered) return rendered;
   if (stop_rule_met()) return finish();
   if (is_recent(job_->looked_at()) && rule_.due(film_.pass_count(), wall_seconds())) {
@@ -152,8 +154,7 @@ Status RunJob::make_task() {
 }
 
 Status RunJob::restore() {
-  const RenderSettings& settings = job_->spec.settings;
-  film_ = Film(settings.width, settings.height);
+  film_ = Film();
   error_ = {};
   measured_passes_ = 0;
   compute_seconds_ = 0;
