@@ -1,5 +1,6 @@
 // Hachisuka, Jarosz, Jensen: A Progressive Error Estimation Framework for Photon Density Estimation, 2010.
-// Abramowitz, Stegun: Handbook of Mathematical Functions, 1964.
+// Abramowitz, Stegun: Handbook of Mathematical Functions, 1964. Welch: The Generalization of 'Student's' Problem when
+// Several Different Population Variances are Involved, 1947.
 #include "core/film/error.h"
 
 #include <algorithm>
@@ -20,7 +21,12 @@ class Variance {
         by_blocks_(film.blocks >= min_blocks),
         count_(by_blocks_ ? film.blocks : film.pass_count()) {}
 
-  double degrees() const { return count_ - 1; }
+  /// Of the sum of a variance of these passes and of another one that is known well, as that of many photons
+  /// [Welch 1947].
+  double degrees(double own, double other) const {
+    const double ratio = own > 0 ? (own + other) / own : 1;
+    return (count_ - 1) * ratio * ratio;
+  }
 
   /// Of pixel i and channel c; `pass_mean` is the mean over all passes.
   double operator()(std::size_t i, std::size_t c, double pass_mean) const {
@@ -42,16 +48,25 @@ bool is_dominated(const Film& film, std::size_t pixel, const glm::dvec3& mean, s
 
 }  // namespace
 
-double t_quantile(double degrees) {
-  if (degrees < 1.5) return std::tan(std::numbers::pi * 0.475);
-  if (degrees < 2.5) return 0.95 * std::sqrt(2 / (1 - 0.95 * 0.95));
+double t_quantile(double degrees, double z) {
+  const double p = 0.5 * std::erfc(-z / std::numbers::sqrt2);
+  if (degrees < 1.5) return std::tan(std::numbers::pi * (p - 0.5));
+  if (degrees < 2.5) return (2 * p - 1) / std::sqrt(2 * p * (1 - p));
   // Cornish-Fisher expansion about the normal quantile [Abramowitz and Stegun 1964, 26.7.5].
-  constexpr double z = 1.959963984540054, z2 = z * z;
-  constexpr double g1 = z * (z2 + 1) / 4;
-  constexpr double g2 = z * ((5 * z2 + 16) * z2 + 3) / 96;
-  constexpr double g3 = z * (((3 * z2 + 19) * z2 + 17) * z2 - 15) / 384;
-  constexpr double g4 = z * ((((79 * z2 + 776) * z2 + 1482) * z2 - 1920) * z2 - 945) / 92160;
+  const double z2 = z * z;
+  const double g1 = z * (z2 + 1) / 4;
+  const double g2 = z * ((5 * z2 + 16) * z2 + 3) / 96;
+  const double g3 = z * (((3 * z2 + 19) * z2 + 17) * z2 - 15) / 384;
+  const double g4 = z * ((((79 * z2 + 776) * z2 + 1482) * z2 - 1920) * z2 - 945) / 92160;
   return z + (g1 + (g2 + (g3 + g4 / degrees) / degrees) / degrees) / degrees;
+}
+
+double error_bound(double bias, double deviation, double degrees) {
+  if (!(deviation > 0)) return bias;
+  const double two_sided = t_quantile(degrees), one_sided = t_quantile(degrees, kZ95);
+  // From one to the other with the slope 0 that symmetry demands where there is no bias.
+  const double other_side = std::exp(-bias / (deviation * (two_sided - one_sided)));
+  return bias + deviation * (one_sided + (two_sided - one_sided) * other_side);
 }
 
 ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
@@ -86,17 +101,17 @@ ErrorLayers error_layers(const Film& film, const Execution& execution) {
   const std::uint32_t passes = film.pass_count();
   if (passes < 2) return layers;
   const Variance variance(film, kBlocksForEstimate);
-  const double t = t_quantile(variance.degrees());
   const Reconstruction picture = reconstruct(film, execution);
   for (std::size_t i = 0; i < film.complete.size(); ++i) {
     const glm::dvec3 mean = pass_mean(film, i);
     for (int c = 0; c < 3; ++c) {
-      const double v = variance(i, static_cast<std::size_t>(c), mean[c]) + picture.variance[i][c];
-      const double noise = t * std::sqrt(v);
+      const double own = variance(i, static_cast<std::size_t>(c), mean[c]);
+      const double deviation = std::sqrt(own + picture.variance[i][c]);
+      const double degrees = variance.degrees(own, picture.variance[i][c]);
       const double bias = std::sqrt(std::max(0.0, picture.bias_sq[i][c]));
-      layers.noise.pixels[i][c] = static_cast<float>(noise);
+      layers.noise.pixels[i][c] = static_cast<float>(t_quantile(degrees) * deviation);
       layers.bias.pixels[i][c] = static_cast<float>(bias);
-      layers.bound.pixels[i][c] = static_cast<float>(bias + noise);
+      layers.bound.pixels[i][c] = static_cast<float>(error_bound(bias, deviation, degrees));
     }
   }
   return layers;

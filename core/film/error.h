@@ -28,9 +28,9 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution = {});
 
 /// The error of each pixel and channel, in radiance.
 struct ErrorLayers {
-  Image noise;  ///< half width of the 95 % confidence interval: t·√V, t Student's quantile of the estimate's degrees
+  Image noise;  ///< half width of the 95 % confidence interval: t·√V, t Student's quantile of V's degrees of freedom
   Image bias;   ///< b ≥ 0: root of the expected squared bias
-  Image bound;  ///< b + noise
+  Image bound;  ///< what the error does not exceed with a probability of 95 %: error_bound
 };
 /// All black while there are fewer than two passes. Fewer than kReliablePasses passes say little about any pixel.
 ErrorLayers error_layers(const Film& film, const Execution& execution = {});
@@ -39,7 +39,17 @@ inline constexpr std::uint32_t kReliablePasses = 8;
 /// Pixels where a single pass holds more than half of the sum.
 std::vector<bool> dominated_pixels(const Film& film);
 
-/// The 97.5 % quantile of Student's t with `degrees` ≥ 1 degrees of freedom, good to 0.2 %.
-double t_quantile(double degrees);
+/// The distance from the truth that an estimate with the given bias ≥ 0 and standard error, known with `degrees` ≥ 1
+/// degrees of freedom, exceeds in 5 % of cases: t₉₇.₅·deviation where there is no bias, bias + t₉₅·deviation where it is
+/// large, because only one side counts then. Covers 94.5 to 95.8 % of a normal estimate.
+double error_bound(double bias, double deviation, double degrees);
+
+/// The normal distribution's quantiles of 97.5 and 95 %.
+inline constexpr double kZ975 = 1.959963984540054;
+inline constexpr double kZ95 = 1.644853626951473;
+
+/// The quantile of Student's t with `degrees` ≥ 1 degrees of freedom that belongs to the normal quantile `z`, good to
+/// 0.2 % for the two above.
+double t_quantile(double degrees, double z = kZ975);
 
 }  // namespace photond

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "core/film/reconstruct.h"
 #include "core/math/rng.h"
@@ -51,6 +52,20 @@ TEST(StudentT, QuantilesAreThoseOfTheTables) {
   for (const auto& [degrees, quantile] : table) {
     EXPECT_NEAR(t_quantile(degrees), quantile, 0.002 * quantile) << degrees;  // as promised by t_quantile
   }
+}
+
+/// P(|N(bias, 1)| ≤ bound) by the error function.
+TEST(ErrorBound, CoversNormalEstimatesOfAnyBias) {
+  const auto below = [](double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); };
+  for (double bias = 0; bias < 6; bias += 0.05) {
+    const double bound = error_bound(bias, 1, 1e9);
+    const double covered = below(bound - bias) - below(-bound - bias);
+    EXPECT_GT(covered, 0.945) << bias;   // as promised
+    EXPECT_LT(covered, 0.958) << bias;
+  }
+  EXPECT_EQ(error_bound(0.5, 0, 3), 0.5);
+  EXPECT_NEAR(error_bound(0, 2, 3), 2 * 3.1824, 0.01);
+  EXPECT_NEAR(error_bound(100, 2, 3), 100 + 2 * 2.3534, 0.01);
 }
 
 TEST(ErrorEstimate, NeedsTwoPasses) {
@@ -171,14 +186,15 @@ TEST(ErrorEstimate, LayersAreAtLeastThePicturesError) {
   const ErrorEstimate error = estimate_error(film);
   const ErrorLayers layers = error_layers(film);
   double squares = 0;
-  const double t = t_quantile(7);
   for (std::size_t i = 0; i < layers.noise.pixels.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
-      const double noise = static_cast<double>(layers.noise.pixels[i][c]) / t;
-      const double bias = static_cast<double>(layers.bias.pixels[i][c]);
+      const float half_width = layers.noise.pixels[i][c];
+      const float bias = layers.bias.pixels[i][c];
       EXPECT_GE(bias, 0);
-      EXPECT_FLOAT_EQ(layers.bound.pixels[i][c], layers.noise.pixels[i][c] + layers.bias.pixels[i][c]);
-      squares += noise * noise + bias * bias;
+      EXPECT_GE(layers.bound.pixels[i][c], std::max(half_width, bias) * (1 - 1e-6f));
+      EXPECT_LE(layers.bound.pixels[i][c], (half_width + bias) * (1 + 1e-6f));
+      // Student's quantiles of any degrees are above the normal one.
+      squares += std::pow(static_cast<double>(half_width) / kZ975, 2) + std::pow(static_cast<double>(bias), 2);
     }
   }
   // The layers clamp squared biases at 0 pixel by pixel, the picture in the sum; floats round by 10⁻⁷.
