@@ -9,19 +9,19 @@ namespace photond {
 namespace {
 
 // Raised with every change of what the sections are.
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 
 // What stands in a file beside arrays.
 struct MapsHead {
   PhotonMap::Head global;
   PhotonMap::Head caustic;
-  std::uint32_t emitted;
-  std::uint32_t reserved;
+  double emitted;
   std::uint64_t rays;
+  std::uint64_t caustic_rays;
   EnergyLedger ledger;
   double build_seconds;
 };
-static_assert(sizeof(MapsHead) == 2 * 20 + 8 + 8 + sizeof(EnergyLedger) + 8, "no padding");
+static_assert(sizeof(MapsHead) == 2 * 20 + 8 + 2 * 8 + sizeof(EnergyLedger) + 8, "no padding");
 static_assert(kFactsBytes == Sections::kHeadBytes + sizeof(MapsHead));
 
 // Sections of photon maps: the head, then leaves, étendues and tree of each map. A guide's follow them.
@@ -39,8 +39,8 @@ SectionList sections_of(const PhotonMaps& maps, double build_seconds) {
   list.add_value(MapsHead{.global = maps.global.head(),
                           .caustic = maps.caustic.head(),
                           .emitted = maps.emitted,
-                          .reserved = 0,
                           .rays = maps.rays,
+                          .caustic_rays = maps.caustic_rays,
                           .ledger = maps.ledger,
                           .build_seconds = build_seconds});
   add_map(maps.global, list);
@@ -68,6 +68,7 @@ std::shared_ptr<const PhotonMaps> maps_of(const Sections& sections) {
   maps->caustic = std::move(*caustic);
   maps->emitted = told.emitted;
   maps->rays = told.rays;
+  maps->caustic_rays = told.caustic_rays;
   maps->ledger = told.ledger;
   maps->memory_bytes = maps->global.memory_bytes() + maps->caustic.memory_bytes();
   return maps;
@@ -84,6 +85,7 @@ Digest map_identity(const MapKey& key) {
   hasher.update_value(key.settings.photons_per_pass);
   hasher.update_value(key.settings.seed);
   hasher.update_value(key.pass);
+  hasher.update_value(key.set);
   return hasher.finish();
 }
 

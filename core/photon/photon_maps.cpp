@@ -1,5 +1,7 @@
 #include "core/photon/photon_maps.h"
 
+#include <algorithm>
+
 #include "core/photon/shoot.h"
 
 namespace photond {
@@ -42,12 +44,14 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
   if (execution.cancelled()) return cancelled();
 
   auto maps = std::make_shared<PhotonMaps>();
-  maps->emitted = key.settings.photons_per_pass;
+  maps->emitted = static_cast<double>(paths);
+  if (key.set == PhotonSet::caustic) maps->emitted /= std::max(scene.lights.casting_share(), 1e-6);
   for (const PhotonBlock& block : blocks) {
     add(maps->ledger, block.ledger);
     maps->rays += block.rays;
+    maps->caustic_rays += block.caustic_rays;
   }
-  scale(maps->ledger, 1 / static_cast<double>(paths));
+  scale(maps->ledger, 1 / maps->emitted);
   maps->global = PhotonMap(parts(blocks, &PhotonBlock::global), execution);
   std::vector<std::span<const float>> etendues;
   if (scene.lights.extended()) etendues = parts(blocks, &PhotonBlock::caustic_etendue);

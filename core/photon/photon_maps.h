@@ -21,6 +21,7 @@ struct MapKey {
   Digest scene;
   PhotonSettings settings;
   std::uint32_t pass = 0;
+  PhotonSet set = PhotonSet::all;
   auto operator<=>(const MapKey&) const = default;
 };
 
@@ -37,8 +38,9 @@ struct EnergyLedger {
 struct PhotonMaps {
   PhotonMap global;        ///< indirect: at least one non-specular bounce before the stored hit
   PhotonMap caustic;       ///< light, then one or more specular bounces, then the stored hit: LS⁺D
-  std::uint32_t emitted = 0;       ///< paths; photon powers are divided by it at the query
+  double emitted = 0;      ///< paths, with those of lights that were left out: photon powers are divided by it at the query
   std::uint64_t rays = 0;          ///< traced while shooting
+  std::uint64_t caustic_rays = 0;  ///< of these, as many as PhotonSet::caustic alone needs
   EnergyLedger ledger;
   std::uint64_t memory_bytes = 0;
 };

@@ -5,6 +5,13 @@
 
 namespace photond {
 
+/// Which photons of the emitted paths are kept.
+enum class PhotonSet : std::uint8_t {
+  all,
+  caustic,   ///< LS⁺D, for merging with paths from the eye: paths of photons end at the first gathered lobe, and nothing
+             ///< is emitted by an environment whose light is left to the eye's paths
+};
+
 /// Exactly what changes a photon map beside the scene; part of its cache key.
 struct PhotonSettings {
   std::uint32_t photons_per_pass = 262'144;  ///< paths emitted, 1 … 100'000'000

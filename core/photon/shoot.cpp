@@ -67,7 +67,8 @@ class Shooter {
         next_(first),
         last_(last),
         far_(scene.triangle_count > kCachedTriangles),
-        extended_(scene.lights.extended()) {
+        extended_(scene.lights.extended()),
+        only_caustic_(key.set == PhotonSet::caustic) {
     block_.global.reserve(2 * (last - first));
   }
 
@@ -96,7 +97,7 @@ class Shooter {
     for (const std::uint32_t i : places) {
       if (next_ == last_) break;
       walks_[i].rng = Rng(key_, next_++);
-      light[i] = scene_.lights.choose(walks_[i].rng.next());
+      light[i] = only_caustic_ ? scene_.lights.choose_casting(walks_[i].rng) : scene_.lights.choose(walks_[i].rng.next());
       scene_.lights.prefetch(light[i]);
       starting.add(i);
     }
@@ -143,6 +144,7 @@ class Shooter {
   void intersect(std::vector<Ray>* record) {
     for (const std::uint32_t i : live_) {
       if (record != nullptr) record->push_back(walks_[i].ray);
+      block_.caustic_rays += walks_[i].map == kCaustic;
       new (&hits_[i]) Hit(scene_.accel.intersect(walks_[i].ray));  // in place: a copy would stall on its stores
       if (far_) scene_.placed_at(hits_[i]).prefetch_triangle(hits_[i].triangle);
     }
@@ -163,7 +165,11 @@ class Shooter {
     }
     live_.size = 0;
     for (const std::uint32_t i : ended) block_.ledger.escaped += walks_[i].power;
-    scatter_plain(plain, ended);
+    if (only_caustic_) {
+      store_plain(plain, ended);
+    } else {
+      scatter_plain(plain, ended);
+    }
     scatter_other(other, ended);
     restart(ended);
   }
@@ -208,6 +214,19 @@ class Shooter {
     }
   }
 
+  // The same where all light that is scattered is left to paths from the eye.
+  void store_plain(const Subset& plain, Subset& ended) {
+    for (const std::uint32_t i : plain) {
+      Walk& walk = walks_[i];
+      if (walk.depth > 0) {
+        const SurfacePoint s = make_surface(scene_.scene, walk.ray, hits_[i]);
+        store(walk, s.position, encode_direction(-walk.ray.direction), encode_normal(s.ng), true);
+      }
+      carry(walk, Rgb(0));
+      ended.add(i);
+    }
+  }
+
   // From the ray's end off the surface again; false where the path ends.
   bool scatter(Walk& walk, const Hit& hit, const SurfacePoint& surface) {
     if (walk.medium.active() || surface.material->transmission > 0) {
@@ -222,7 +241,7 @@ class Shooter {
     const float choice = walk.rng.next();
     const auto sample = bsdf.sample({u, choice}, kAllLobes, Transport::flux);
     const float roulette = walk.rng.next();
-    if (!sample) {
+    if (!sample || (only_caustic_ && (sample->lobe & gathered) != 0)) {
       carry(walk, Rgb(0));
       return false;
     }
@@ -291,6 +310,7 @@ class Shooter {
   std::uint64_t last_;
   bool far_;
   bool extended_;                // étendues are kept
+  bool only_caustic_;
   PhotonBlock block_;
   Subset live_;
   std::array<Walk, kBatch> walks_;
@@ -308,6 +328,7 @@ class Shooter {
 PhotonBlock shoot(const PreparedScene& scene, const MapKey& key, std::uint64_t first, std::uint64_t last,
                   std::vector<Ray>* record) {
   if (scene.lights.empty()) return {};
+  if (key.set == PhotonSet::caustic && scene.lights.casting_share() == 0) return {};
   return Shooter(scene, key, first, last).run(record);
 }
 

@@ -15,6 +15,7 @@ struct PhotonBlock {
   std::vector<float> caustic_etendue;  ///< of each caustic photon; empty where no light has any
   EnergyLedger ledger;          ///< not yet divided by the number of emitted paths
   std::uint64_t rays = 0;
+  std::uint64_t caustic_rays = 0;      ///< as in PhotonMaps
 };
 
 /// Vertices after which a photon path is cut and counted as truncated.

@@ -4,14 +4,12 @@
 #include <cstdio>
 
 #include "core/photon/shoot.h"
+#include "core/trace/casters.h"
 #include "core/trace/medium.h"
 
 namespace photond {
 
 namespace {
-
-// From this roughness on a highlight is too wide to be a caustic that only photons find.
-constexpr float kCasterRoughness = 0.5f;
 
 struct Features {
   std::string caster;           // name of the first material that bundles light, with the reason
@@ -34,12 +32,8 @@ bool gathers(const Material& m) {
 }
 
 void note_material(const Material& m, Features& features) {
-  if (features.caster.empty()) {
-    if (m.transmission > 0) {
-      features.caster = label(m) + " transmits light";
-    } else if (m.metallic >= 0.5f && m.roughness < kCasterRoughness) {
-      features.caster = label(m) + " is a polished metal";
-    }
+  if (features.caster.empty() && casts_caustics(m)) {
+    features.caster = label(m) + (m.transmission > 0 ? " transmits light" : " is a polished metal");
   }
   features.absorption = features.absorption || (m.transmission > 0 && Medium::absorbs(m));
   features.alpha = features.alpha || m.alpha_mode != AlphaMode::opaque;
@@ -69,19 +63,10 @@ void add_lacks(const Features& features, bool lit, std::vector<PlanItem>& items)
   }
 }
 
-// From here on a path that leaves glass by chance finds too little of the environment's light too rarely: the squared
-// relative error of such a path.
-constexpr double kConcentrated = 20;
-
-bool carries_caustics(const Environment& environment, const Features& features) {
-  return environment.active() && !features.caster.empty() && environment.concentration() > kConcentrated;
-}
-
-PlanItem environment_item(const Environment& environment, const Features& features) {
-  if (!environment.active()) return {"environment", false, "no environment"};
-  const bool caustics = carries_caustics(environment, features);
+PlanItem environment_item(const PreparedScene& scene) {
+  if (!scene.scene.environment.active()) return {"environment", false, "no environment"};
   return {"environment", true,
-          caustics ? "the scene is lit from around, so unevenly that it casts caustics"
+          scene.lights.environment_casts() ? "the scene is lit from around, so unevenly that it casts caustics"
                    : "the scene is lit from around, by light that paths find"};
 }
 
@@ -124,10 +109,11 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
   const Features features = find_features(scene.scene);
   Plan plan;
   plan.method = settings.method;
-  plan.items.push_back(choose_method(features, carries_caustics(scene.scene.environment, features), plan.method));
+  plan.items.push_back(choose_method(features, scene.lights.environment_casts(), plan.method));
   plan.biased = plan.method == Method::photon_map;
   plan.uses_maps = plan.method == Method::photon_map || plan.method == Method::progressive ||
-                   (plan.method == Method::hybrid && !features.caster.empty() && features.receivers);
+                   (plan.method == Method::hybrid && !features.caster.empty() && features.receivers &&
+                    (features.bounded_light || scene.lights.environment_casts()));
 
   const bool caustics = plan.uses_maps && !features.caster.empty();
   plan.items.push_back({"caustic_map", caustics,
@@ -141,7 +127,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                                             : "no volume absorbs light"});
   plan.items.push_back({"alpha_test", features.alpha,
                         features.alpha ? "a material is masked or blended" : "every material is opaque"});
-  plan.items.push_back(environment_item(scene.scene.environment, features));
+  plan.items.push_back(environment_item(scene));
   add_lacks(features, !scene.lights.empty(), plan.items);
   return plan;
 }

@@ -25,7 +25,7 @@ struct RadianceSettings {
   Technique technique = Technique::trace;
   const PhotonMap* global = nullptr;     ///< indirect light; null for Technique::trace and merge
   const PhotonMap* caustic = nullptr;    ///< null for Technique::trace
-  std::uint32_t emitted = 1;             ///< paths whose photons the maps hold
+  double emitted = 1;                    ///< PhotonMaps::emitted
   const GatherGuide* guide = nullptr;    ///< cuts kernels at edges; density, merge: chooses radii; null: neither
   float pilot_share = 1;                 ///< density, merge: paths of the guide's pilot over those of `maps`
   float radius_sq = 0;                   ///< density, merge: widest, 0 for the guide's; nearest, final_gather: largest

@@ -73,10 +73,12 @@ Status choose_by_pilot(RenderTask& task, const Execution& execution) {
   const PilotNoise noise = measure_noise(*task.scene, task.camera, aspect, paths, *task.guide, execution);
   if (execution.cancelled()) return cancelled();
 
-  const double shoot = static_cast<double>(pilot.rays) / pilot.emitted * task.photons.photons_per_pass;
+  const double paths_of_pass = task.photons.photons_per_pass / pilot.emitted;
+  const double shoot = static_cast<double>(pilot.rays) * paths_of_pass;
+  const double shoot_caustic = hybrid->uses_maps ? static_cast<double>(pilot.caustic_rays) * paths_of_pass : 0;
   const double pixels = kRaysOfPixel * task.settings.width * task.settings.height;
   const double by_photons = noise.photons * (shoot + pixels);
-  const double by_paths = noise.paths * ((hybrid->uses_maps ? shoot : 0) + pixels);
+  const double by_paths = noise.paths * (shoot_caustic + pixels);
   char text[160];
   std::snprintf(text, sizeof text, "in a pilot photons leave %.2g times the noise of paths in equal time",
                 by_paths > 0 ? by_photons / by_paths : 1.0);
@@ -127,7 +129,7 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
   std::shared_ptr<const PhotonMaps> pass_maps;
   if (task.plan.uses_maps) {
     const std::uint32_t map_pass = task.plan.method == Method::photon_map ? 0 : pass;
-    auto found = maps({task.scene->digest, task.photons, map_pass}, execution);
+    auto found = maps({task.scene->digest, task.photons, map_pass, photon_set(task.plan.method)}, execution);
     if (!found) return found.error();
     pass_maps = std::move(found).value();
   }

@@ -78,6 +78,22 @@ bool bundles_light(const Material& m) {
   return m.transmission > 0 || (m.metallic >= 0.5f && polished);
 }
 
+bool casts_caustics(const Material& m) {
+  // From this roughness on a highlight is too wide to be a caustic that only photons find.
+  constexpr float kRough = 0.5f;
+  return m.transmission > 0 || (m.metallic >= 0.5f && m.roughness < kRough);
+}
+
+bool environment_casts(const Scene& scene) {
+  // From here on a path that leaves glass by chance finds too little of the environment's light too rarely: the squared
+  // relative error of such a path.
+  constexpr double kConcentrated = 20;
+  if (!scene.environment.active() || scene.environment.concentration() <= kConcentrated) return false;
+  return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
+    return casts_caustics(scene.materials[scene.meshes[instance.mesh].material]);
+  });
+}
+
 std::vector<Ball> caster_balls(const Scene& scene, std::size_t most) {
   // Halves that together fill nearly as much as the whole are one thing, and hitting it is what counts.
   constexpr float kWorthwhile = 0.7f;

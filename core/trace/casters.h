@@ -11,6 +11,12 @@ namespace photond {
 /// gathered on it. Coats do not count: what they reflect is a small share everywhere.
 bool bundles_light(const Material& material);
 
+/// Whether what the surface throws on others may be a caustic: it transmits, or is a metal with a narrow highlight.
+bool casts_caustics(const Material& material);
+
+/// Whether the environment is so uneven that such surfaces make caustics of it that paths find too seldom.
+bool environment_casts(const Scene& scene);
+
 /// Balls around all triangles of such materials, at most `most`, small where they lie apart. The scene is prepared.
 std::vector<Ball> caster_balls(const Scene& scene, std::size_t most);
 

@@ -6,6 +6,7 @@
 #include "core/math/frame.h"
 #include "core/math/transform.h"
 #include "core/math/warp.h"
+#include "core/trace/casters.h"
 
 namespace photond {
 
@@ -86,6 +87,7 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
   }
   if (scene.environment.active()) {
     environment_ = static_cast<std::int64_t>(lights_.size());
+    environment_casts_ = photond::environment_casts(scene);
     add({Light::Kind::environment, 0, 0}, 4.0 * kPi * kPi * radius_ * radius_ * scene.environment.mean());
   }
   total_power_ = std::accumulate(powers_.begin(), powers_.end(), 0.0);
@@ -313,7 +315,7 @@ float Lights::etendue(const SurfacePoint& s, const Vec3& direction) const {
 }
 
 float Lights::environment_etendue(float pdf, const Vec3& point, const Vec3& from) const {
-  if (!(pdf > 0)) return kInfinity;
+  if (!(pdf > 0) || !environment_casts_) return kInfinity;
   const Aim& aim = aim_of(static_cast<std::uint32_t>(environment_));
   return 1 / (pdf * line_pdf(point, from, aim, Aim::kNone));
 }
@@ -378,12 +380,25 @@ EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, 
     const EnvironmentSample from = scene.environment.sample(rng.next2());
     const Ray ray = ray_from_infinity(-from.wi, aim, rng, pdf_a);
     const float etendue = 1 / (choice * from.pdf_w * pdf_a);
-    return {ray, from.radiance * etendue, etendue};
+    return {ray, from.radiance * etendue, environment_casts_ ? etendue : kInfinity};
   }
   const PunctualLight& source = scene.lights[light.index];
   if (source.type != LightType::directional) return emit_point(source, choice, aim, rng);
   const Ray ray = ray_from_infinity(source.direction, aim, rng, pdf_a);
   return {ray, source.intensity / (pdf_a * choice)};
+}
+
+std::uint32_t Lights::choose_casting(Rng& rng) const {
+  std::uint32_t light = choose(rng.next());
+  while (light == environment_ && !environment_casts_) light = choose(rng.next());
+  return light;
+}
+
+double Lights::casting_share() const {
+  if (lights_.empty()) return 0;
+  const bool left_out = environment_ >= 0 && !environment_casts_;
+  if (left_out && lights_.size() == 1) return 0;
+  return left_out ? 1 - static_cast<double>(choice_.pdf(static_cast<std::size_t>(environment_))) : 1;
 }
 
 std::vector<LightGroup> Lights::groups() const {

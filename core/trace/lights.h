@@ -89,7 +89,8 @@ struct alignas(64) DirectLanes {
 struct EmissionSample {
   Ray ray;
   Rgb flux{0};            ///< Le·cos/(P·pdf_a·pdf_w): what one path of one carries, in W
-  float etendue = 0;      ///< flux/Le in m²·sr: the phase space that the path stands for; 0 of punctual lights
+  float etendue = 0;      ///< flux/Le in m²·sr: the phase space that the path stands for; 0 of punctual lights;
+                          ///< infinite of an environment whose light is left to paths
 };
 
 /// What a path carries as it leaves a light, as in EmissionSample.
@@ -134,6 +135,9 @@ class Lights {
   float etendue(const SurfacePoint& s, const Vec3& direction) const;
   /// The same for a path from the environment that arrives at `point` from a direction with that `pdf_environment`.
   float environment_etendue(float pdf, const Vec3& point, const Vec3& from) const;
+  /// Whether photons carry the environment's caustics (environment_casts). Where they do not, its étendues are infinite:
+  /// paths take it all.
+  bool environment_casts() const { return environment_casts_; }
   /// Whether any light has an étendue: whether paths that are traced from the eye can meet light at all.
   bool extended() const { return !emitters_.empty() || environment_ >= 0; }
 
@@ -144,6 +148,10 @@ class Lights {
 
   /// The same in two steps: which light, for u in [0, 1), and the path that leaves it.
   std::uint32_t choose(float u) const { return choice_.sample(u); }
+  /// The same among lights whose caustics photons carry. Not where casting_share() is 0.
+  std::uint32_t choose_casting(Rng& rng) const;
+  /// Probability with which `choose` returns one of those.
+  double casting_share() const;
   EmissionSample sample_emission(const Scene& scene, std::uint32_t light, Rng& rng) const {
     return sample_emission(scene, light, aim_of(light), rng);
   }
@@ -184,6 +192,7 @@ class Lights {
   AliasTable choice_;
   std::vector<std::uint32_t> first_of_instance_;  // index of the light of an emissive instance's first triangle
   std::int64_t environment_ = -1;                 // index into lights_
+  bool environment_casts_ = false;
   std::vector<Aim> aims_ = {Aim()};               // the first is none
   std::vector<std::uint32_t> aim_of_;             // for each light, into aims_; empty where none aims
   Vec3 center_{0};

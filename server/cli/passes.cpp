@@ -23,15 +23,15 @@ class CountingMaps {
     if (!maps) return maps;
     last_ = *maps;
     key_ = key;
-    count(*last_, watch.seconds());
+    count(*last_, key.settings.photons_per_pass, watch.seconds());
     return last_;
   }
 
  private:
-  void count(const PhotonMaps& maps, double seconds) {
+  void count(const PhotonMaps& maps, std::uint32_t emitted, double seconds) {
     MapStatistics& s = statistics_;
     const double n = static_cast<double>(++s.built);
-    s.emitted += maps.emitted;
+    s.emitted += emitted;
     s.global_photons += maps.global.size();
     s.caustic_photons += maps.caustic.size();
     s.rays += maps.rays;

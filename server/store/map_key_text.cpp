@@ -6,6 +6,8 @@ namespace photond {
 
 namespace {
 
+constexpr std::string_view kCaustic = "-caustic";
+
 // Takes a whole number up to the next '-' or the end.
 template <class Number>
 bool take(std::string_view& text, Number& number) {
@@ -25,7 +27,8 @@ bool take_dash(std::string_view& text) {
 
 std::string key_text(const MapKey& key) {
   return to_hex(key.scene) + "-" + std::to_string(key.settings.photons_per_pass) + "-" +
-         std::to_string(key.settings.seed) + "-" + std::to_string(key.pass);
+         std::to_string(key.settings.seed) + "-" + std::to_string(key.pass) +
+         (key.set == PhotonSet::caustic ? std::string(kCaustic) : "");
 }
 
 std::optional<MapKey> parse_key(std::string_view text) {
@@ -36,6 +39,10 @@ std::optional<MapKey> parse_key(std::string_view text) {
   std::string_view rest = text.substr(kDigits);
   const bool numbers = take_dash(rest) && take(rest, key.settings.photons_per_pass) && take_dash(rest) &&
                        take(rest, key.settings.seed) && take_dash(rest) && take(rest, key.pass);
+  if (rest == kCaustic) {
+    key.set = PhotonSet::caustic;
+    rest = {};
+  }
   // One key, one name: no leading zeros.
   if (!numbers || !rest.empty() || key_text(key) != text) return std::nullopt;
   return key;

@@ -93,17 +93,34 @@ TEST(MergeStatistical, SharesSumBelowWater) {
   expect_equal(seen_by(Method::hybrid, pond, at), seen_by(Method::path, pond, many), "pond", 0.001);
 }
 
-// Light from around, through a glass ball: no photon and no path may take it alone.
-TEST(MergeStatistical, SharesSumUnderAnEnvironment) {
+// Light from around through a glass ball: of an uneven sky no photon and no path may take it alone; that of an even one
+// is the paths', and a lamp's beside it shared as ever.
+void expect_equal_under(Environment environment, const Rgb& lamp, const std::string& what) {
   Scene scene = empty_scene();
   add_mesh(scene, parallelogram({-3, -3, 0}, {6, 0, 0}, {0, 6, 0}), add_material(scene, lambert(Rgb(kDark))));
   add_mesh(scene, sphere({1.2f, 0, 0.6f}, 0.5f, 64), add_material(scene, glass(1.5f)));
-  scene.environment.radiance = Rgb(1);
+  scene.environment = std::move(environment);
+  if (!is_black(lamp)) {
+    add_mesh(scene, parallelogram({1, -0.2f, 3}, {0, 0.4f, 0}, {0.4f, 0, 0}), add_material(scene, emitter(lamp)));
+  }
   const auto ball = prepared(std::move(scene));
-  Look at = look(40'000, 150);
+  Look at = look(40'000, 300);
   at.radius = 0.05f;
   at.from = {1, 0.5f, 0.05f};
-  expect_equal(seen_by(Method::hybrid, ball, at), seen_by(Method::path, ball, at), "ball", 0.002);
+  Look many = at;
+  many.side = 24;
+  expect_equal(seen_by(Method::hybrid, ball, at), seen_by(Method::path, ball, many), what, 0.002);
+}
+
+TEST(MergeStatistical, SharesSumUnderAnEnvironment) {
+  // One texel near the top that has most of the light, of about 40 degrees: paths find it, too.
+  std::vector<Rgb> texels(16 * 8, Rgb(0.05f));
+  texels[16 + 8] = Rgb(60);
+  const Environment uneven{Rgb(1), std::make_shared<const EnvironmentMap>(16, 8, texels)};
+  ASSERT_GT(uneven.concentration(), 20);
+  expect_equal_under(uneven, Rgb(0), "uneven sky");
+  expect_equal_under({Rgb(1)}, Rgb(0), "even sky");
+  expect_equal_under({Rgb(0.3f)}, Rgb(30), "even sky and a lamp");
 }
 
 }  // namespace

@@ -42,6 +42,62 @@ TEST(PhotonMaps, BitsDoNotDependOnTheThreads) {
   EXPECT_EQ(serial->ledger.absorbed, parallel->ledger.absorbed);
 }
 
+// A lamp in a white box with a glass ball; the box is open to the sky.
+std::shared_ptr<const PreparedScene> glass_ball_under(Rgb sky) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::box({-2, -2, 0}, {2, 2, 3}, true), test::add_material(scene, test::lambert(Rgb(0.5f))));
+  scene.meshes[0].triangles.resize(10);
+  test::add_mesh(scene, test::sphere({0, 0, 0.6f}, 0.5f, 32), test::add_material(scene, test::glass(1.5f)));
+  test::add_point_light(scene, {0, 0, 2}, Rgb(1));
+  scene.environment.radiance = sky;
+  return test::prepared(std::move(scene));
+}
+
+TEST(PhotonMaps, TheCausticSetHasTheCausticsOfAllPhotonsAndNothingElse) {
+  const auto scene = glass_ball_under(Rgb(0));
+  MapKey caustic = key(20'000);
+  caustic.set = PhotonSet::caustic;
+  const auto all = *build_photon_maps(*scene, key(20'000), test::workers().execution());
+  const auto some = *build_photon_maps(*scene, caustic, test::workers().execution());
+  EXPECT_EQ(some->global.size(), 0u);
+  EXPECT_EQ(some->rays, all->caustic_rays);
+  EXPECT_LT(some->rays, all->rays);
+  EXPECT_EQ(some->emitted, all->emitted);
+  ASSERT_EQ(some->caustic.size(), all->caustic.size());
+  for (std::uint32_t i = 0; i < some->caustic.size(); ++i) {
+    ASSERT_EQ(some->caustic.position(i), all->caustic.position(i));
+    // Rounded at random to 1/256.
+    ASSERT_NEAR(some->caustic.flux(i).x, all->caustic.flux(i).x, all->caustic.flux(i).x / 128);
+    ASSERT_EQ(some->caustic.direction(i), all->caustic.direction(i));
+  }
+  const EnergyLedger& l = some->ledger;
+  EXPECT_NEAR(l.absorbed + l.escaped + l.truncated + l.rejected, l.emitted, 1e-6 * l.emitted);
+}
+
+// A sky that casts no caustics emits no photon there, and the lamps lose none of their power.
+TEST(PhotonMaps, TheCausticSetLeavesAnEvenSkyOut) {
+  const auto lamp = glass_ball_under(Rgb(0)), both = glass_ball_under(Rgb(1));
+  EXPECT_FALSE(both->lights.environment_casts());
+  test::Sample emitted, caustic, alone;
+  const auto flux = [](const PhotonMaps& maps) {
+    double sum = 0;
+    for (std::uint32_t i = 0; i < maps.caustic.size(); ++i) sum += static_cast<double>(maps.caustic.flux(i).x);
+    return sum / maps.emitted;
+  };
+  for (std::uint32_t pass = 0; pass < 30; ++pass) {
+    MapKey k = key(5000, pass);
+    k.set = PhotonSet::caustic;
+    const auto maps = *build_photon_maps(*both, k, test::workers().execution());
+    emitted.add(maps->ledger.emitted);
+    caustic.add(flux(*maps));
+    alone.add(flux(**build_photon_maps(*lamp, k, test::workers().execution())));
+  }
+  EXPECT_NEAR(emitted.mean, lamp->lights.total_power(), 1e-5 * emitted.mean);   // sums of floats
+  const double error = std::hypot(caustic.standard_error(), alone.standard_error());
+  EXPECT_LT(error, 0.02 * alone.mean);
+  EXPECT_NEAR(caustic.mean, alone.mean, 4 * error);
+}
+
 TEST(PhotonMaps, PassesDiffer) {
   const auto scene = test::busy_room();
   const auto a = *build_photon_maps(*scene, key(2000, 0), Execution{});
