@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/digest.h"
+#include "core/base/features.h"
 #include "core/base/result.h"
 #include "core/math/grid_distribution.h"
 #include "core/math/types.h"
@@ -86,7 +87,7 @@ struct Environment {
   std::shared_ptr<const EnvironmentMap> map;   ///< null: uniform
   float rotation = 0;                          ///< radians about +Y: a quarter turn takes +X to −Z
 
-  bool active() const { return !is_black(radiance) && (map == nullptr || map->mean() > 0); }
+  bool active() const { return kAllFeatures && !is_black(radiance) && (map == nullptr || map->mean() > 0); }
   /// Radiance that arrives from a unit direction.
   Rgb from(const Vec3& direction) const;
   /// Draws a direction in proportion to power. Not where the environment is not active.

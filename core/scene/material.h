@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "core/base/features.h"
 #include "core/math/types.h"
 
 namespace photond {
@@ -13,7 +14,7 @@ struct TextureSlot {
   std::uint32_t uv_set = 0;                              ///< 0 or 1
   glm::mat3x2 uv_transform{1, 0, 0, 1, 0, 0};            ///< KHR_texture_transform: uv' = M·(u, v, 1)
 
-  bool used() const { return texture >= 0; }
+  bool used() const { return kAllFeatures && texture >= 0; }
 };
 
 enum class AlphaMode : std::uint8_t { opaque, mask, blend };

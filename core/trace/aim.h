@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/features.h"
 #include "core/math/alias_table.h"
 #include "core/math/rng.h"
 #include "core/math/types.h"
@@ -29,7 +30,7 @@ class Aim {
   Aim(std::span<const Ball> balls, std::span<const double> weights, float share);
 
   /// Share of the paths that aim.
-  float share() const { return share_; }
+  float share() const { return kAllFeatures ? share_ : 0; }
   /// A ball.
   std::uint32_t choose(float u) const { return choice_.sample(u); }
 

@@ -56,6 +56,11 @@ float normal_reflectance(float ior) {
 
 Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
     : frame_(surface.ns), ng_(surface.ng) {
+  if (!kAllFeatures) {
+    diffuse_ = surface.material->base_color;
+    select_[0] = 1;
+    return;
+  }
   const MaterialPoint p = evaluate(scene, surface);
   const Material& material = *surface.material;
   alpha_ = p.roughness * p.roughness;
@@ -137,7 +142,7 @@ float Bsdf::selection(LobeMask lobe, LobeMask mask) const {
 float Bsdf::share(LobeMask mask) const {
   float share = 0;
   for (const LobeMask l : {kDiffuseLobe, kReflectionLobe, kGlassLobe}) {
-    if ((mask & lobes_ & l) != 0) share += selection(l, lobes_);
+    if ((mask & lobes() & l) != 0) share += selection(l, lobes());
   }
   return share;
 }
@@ -158,7 +163,7 @@ Rgb Bsdf::eval_reflection(const Vec3& wi) const {
 
 float Bsdf::smooth_glass_reflectance() const {
   float cos_t = 0;
-  return lobes_ == kGlassLobe && alpha_ < kSmoothAlpha ? glass_reflectance(wo_.z, cos_t) : 0;
+  return lobes() == kGlassLobe && alpha_ < kSmoothAlpha ? glass_reflectance(wo_.z, cos_t) : 0;
 }
 
 float Bsdf::glass_reflectance(float cos_h, float& cos_t) const { return fresnel_dielectric(cos_h, eta_, cos_t); }
@@ -214,7 +219,7 @@ float Bsdf::pdf_glass(const Vec3& wi) const {
 }
 
 Rgb Bsdf::eval(const Vec3& wi_world, LobeMask mask, Transport transport) const {
-  mask &= lobes_ & ~delta_lobes();
+  mask &= lobes() & ~delta_lobes();
   const Vec3 wi = frame_.to_local(wi_world);
   if (mask == kNoLobe || !same_side(wi, wi_world)) return Rgb(0);
   Rgb f(0);
@@ -225,7 +230,7 @@ Rgb Bsdf::eval(const Vec3& wi_world, LobeMask mask, Transport transport) const {
 }
 
 float Bsdf::pdf(const Vec3& wi_world, LobeMask mask) const {
-  mask &= lobes_;
+  mask &= lobes();
   const LobeMask spread = mask & ~delta_lobes();
   const Vec3 wi = frame_.to_local(wi_world);
   float pdf = 0;
@@ -240,7 +245,7 @@ float Bsdf::pdf(const Vec3& wi_world, LobeMask mask) const {
 
 std::optional<BsdfSample> Bsdf::sample(const Vec3& u, LobeMask mask, Transport transport) const {
   std::optional<BsdfSample> result(std::in_place);
-  if (!sample_lobe(u, mask & lobes_, transport, *result)) result.reset();
+  if (!sample_lobe(u, mask & lobes(), transport, *result)) result.reset();
   return result;
 }
 

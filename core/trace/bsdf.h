@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/base/features.h"
 #include "core/math/frame.h"
 #include "core/trace/microfacet.h"
 #include "core/trace/surface.h"
@@ -42,9 +43,9 @@ class Bsdf {
   Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo);
 
   /// The lobes that are not black.
-  LobeMask lobes() const { return lobes_; }
+  LobeMask lobes() const { return kAllFeatures ? lobes_ : kDiffuseLobe; }
   /// The lobes among them that are Dirac distributions.
-  LobeMask delta_lobes() const { return alpha_ < kSmoothAlpha ? lobes_ & (kReflectionLobe | kGlassLobe) : kNoLobe; }
+  LobeMask delta_lobes() const { return alpha_ < kSmoothAlpha ? lobes() & (kReflectionLobe | kGlassLobe) : kNoLobe; }
   /// GGX α of the reflection and glass lobes.
   float alpha() const { return alpha_; }
 

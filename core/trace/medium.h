@@ -26,7 +26,7 @@ class Medium {
     return m == nullptr ? Rgb(1) : beer_lambert(*m, distance);
   }
   /// The same for a segment that ends elsewhere than on a surface.
-  Rgb transmittance(float distance) const { return material_ == nullptr ? Rgb(1) : beer_lambert(*material_, distance); }
+  Rgb transmittance(float distance) const { return active() ? beer_lambert(*material_, distance) : Rgb(1); }
 
   /// Follows a scattering event: refraction at a front face enters the volume, at a back face leaves it.
   void cross(const SurfacePoint& surface, const BsdfSample& sample) {
@@ -34,9 +34,11 @@ class Medium {
     material_ = surface.front && absorbs(*surface.material) ? surface.material : nullptr;
   }
 
-  bool active() const { return material_ != nullptr; }
+  bool active() const { return kAllFeatures && material_ != nullptr; }
 
-  static bool absorbs(const Material& m) { return !m.thin_walled && m.attenuation_distance < kInfinity; }
+  static bool absorbs(const Material& m) {
+    return kAllFeatures && !m.thin_walled && m.attenuation_distance < kInfinity;
+  }
 
  private:
   static Rgb beer_lambert(const Material& m, float distance) {

@@ -84,7 +84,7 @@ TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, std::ui
   const Vec3& a = mesh.vertices[i.x].position;
   const Vec3& b = mesh.vertices[i.y].position;
   const Vec3& c = mesh.vertices[i.z].position;
-  if (!placed.moved) return {a, b, c, false};
+  if (!kAllFeatures || !placed.moved) return {a, b, c, false};
   const Affine& m = placed.to_world;
   TriangleVertices world{transform_point(m, a), transform_point(m, b), transform_point(m, c), false};
   world.mirrored = is_mirrored(m);
@@ -116,7 +116,7 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
   s.extent = flat.extent;
   s.front = flat.side > 0;
   s.ng = s.ns = flat.ng;
-  s.smooth = !s.mesh->normals.empty() || s.material->normal_texture.used();
+  s.smooth = kAllFeatures && (!s.mesh->normals.empty() || s.material->normal_texture.used());
   if (s.smooth) {
     const Vec3 front_ns = front_shading_normal(scene, s, s.front ? s.ng : -s.ng);
     s.ns = shading_normal(s.front ? front_ns : -front_ns, s.ng, -ray.direction);
