@@ -9,22 +9,24 @@ namespace photond {
 namespace {
 
 // Raised with every change of what the sections are.
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 
 // What stands in a file beside arrays.
 struct MapsHead {
   PhotonMap::Head global;
   PhotonMap::Head caustic;
+  PhotonMap::Head irradiance;
+  float irradiance_reach;
   double emitted;
   std::uint64_t rays;
   std::uint64_t caustic_rays;
   EnergyLedger ledger;
   double build_seconds;
 };
-static_assert(sizeof(MapsHead) == 2 * 20 + 8 + 2 * 8 + sizeof(EnergyLedger) + 8, "no padding");
+static_assert(sizeof(MapsHead) == 3 * 20 + 4 + 8 + 2 * 8 + sizeof(EnergyLedger) + 8, "no padding");
 static_assert(kFactsBytes == Sections::kHeadBytes + sizeof(MapsHead));
 
-// Sections of photon maps: the head, then leaves, étendues and tree of each map. A guide's follow them.
+// Sections of photon maps: the head, then leaves, étendues and tree of each map. Irradiance's or a guide's follow them.
 constexpr std::size_t kMapSections = 3;
 constexpr std::size_t kMapsSections = 1 + 2 * kMapSections;
 
@@ -38,6 +40,8 @@ SectionList sections_of(const PhotonMaps& maps, double build_seconds) {
   SectionList list;
   list.add_value(MapsHead{.global = maps.global.head(),
                           .caustic = maps.caustic.head(),
+                          .irradiance = maps.irradiance.places().head(),
+                          .irradiance_reach = maps.irradiance.reach(),
                           .emitted = maps.emitted,
                           .rays = maps.rays,
                           .caustic_rays = maps.caustic_rays,
@@ -56,7 +60,7 @@ std::optional<PhotonMap> map_at(const Sections& sections, std::size_t first, con
   return PhotonMap::over(head, *leaves, *etendues, *nodes, sections.owner());
 }
 
-std::shared_ptr<const PhotonMaps> maps_of(const Sections& sections) {
+std::shared_ptr<PhotonMaps> maps_of(const Sections& sections) {
   const auto head = sections.get<MapsHead>(0);
   if (!head || head->size() != 1) return nullptr;
   const MapsHead& told = head->front();
@@ -96,11 +100,23 @@ std::optional<MapFacts> read_facts(std::span<const std::byte> first_bytes, const
   return MapFacts{head.global.size, head.caustic.size, head.build_seconds};
 }
 
-SectionList map_sections(const PhotonMaps& maps, double build_seconds) { return sections_of(maps, build_seconds); }
+SectionList map_sections(const PhotonMaps& maps, double build_seconds) {
+  SectionList list = sections_of(maps, build_seconds);
+  add_map(maps.irradiance.places(), list);
+  return list;
+}
 
 std::shared_ptr<const PhotonMaps> read_photon_maps(SharedSpan file, const MapKey& key, const Execution& execution) {
   const auto sections = Sections::read(std::move(file), map_identity(key), execution);
-  return sections && sections->count() == kMapsSections ? maps_of(*sections) : nullptr;
+  if (!sections || sections->count() != kMapsSections + kMapSections) return nullptr;
+  auto maps = maps_of(*sections);
+  if (!maps) return nullptr;
+  const MapsHead& told = sections->get<MapsHead>(0)->front();
+  auto places = map_at(*sections, kMapsSections, told.irradiance);
+  if (!places) return nullptr;
+  maps->irradiance = Irradiance(std::move(*places), told.irradiance_reach);
+  maps->memory_bytes += maps->irradiance.memory_bytes();
+  return maps;
 }
 
 SectionList guide_sections(const GatherGuide& guide, double build_seconds) {

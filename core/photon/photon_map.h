@@ -63,7 +63,8 @@ class PhotonMap {
   /// Photon i = 0 … size−1 is photon i mod 8 of leaf i/8.
   Vec3 position(std::uint32_t i) const { return {of(i).x[lane(i)], of(i).y[lane(i)], of(i).z[lane(i)]}; }
   Vec3 direction(std::uint32_t i) const { return decode_direction(of(i).direction[lane(i)]); }
-  Vec3 normal(std::uint32_t i) const { return decode_normal(of(i).normal[lane(i)]); }
+  Vec3 normal(std::uint32_t i) const { return decode_normal(normal_bits(i)); }
+  std::uint32_t normal_bits(std::uint32_t i) const { return of(i).normal[lane(i)]; }
   /// W, to be divided by the number of emitted paths; rounded without bias to 1/256.
   Rgb flux(std::uint32_t i) const {
     const auto channel = [&](int c) { return decode_flux(of(i).flux[c][lane(i)]); };
@@ -80,6 +81,11 @@ class PhotonMap {
   static std::optional<PhotonMap> over(const Head& head, std::span<const PhotonLeaf> leaves,
                                        std::span<const PhotonLeaf::Lanes<float>> etendues,
                                        std::span<const std::byte> tree_nodes, std::shared_ptr<const void> owner);
+
+  /// The same map, which uses the memory of this one where it lies.
+  PhotonMap view(std::shared_ptr<const void> owner) const {
+    return *over(head(), leaves(), etendues(), tree().nodes(), std::move(owner));
+  }
 
   std::uint64_t memory_bytes() const { return tree_.memory_bytes() + leaf_count() * leaf_bytes(); }
 

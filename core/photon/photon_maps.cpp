@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/photon/guide.h"
 #include "core/photon/shoot.h"
 
 namespace photond {
@@ -10,6 +11,8 @@ namespace {
 
 // Paths of one task; the blocks are joined in order, whoever computed them.
 constexpr std::uint64_t kBlock = 2048;
+
+constexpr std::uint32_t kIrradiancePass = 0xfffffffe;
 
 void add(EnergyLedger& sum, const EnergyLedger& part) {
   sum.emitted += part.emitted;
@@ -36,6 +39,10 @@ std::vector<std::span<const T>> parts(const std::vector<PhotonBlock>& blocks, st
 
 Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene& scene, const MapKey& key,
                                                             const Execution& execution) {
+  if (is_irradiance_key(key)) {
+    auto plain = build_photon_maps(scene, {key.scene, key.settings, 0}, execution);
+    return plain ? add_irradiance(scene, key, *std::move(plain), execution) : plain;
+  }
   const std::uint64_t paths = key.settings.photons_per_pass;
   std::vector<PhotonBlock> blocks((paths + kBlock - 1) / kBlock);
   parallel_for(execution, blocks.size(), 1, [&](std::size_t i) {
@@ -59,6 +66,32 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
   if (execution.cancelled()) return cancelled();
   maps->memory_bytes = maps->global.memory_bytes() + maps->caustic.memory_bytes();
   return std::shared_ptr<const PhotonMaps>(std::move(maps));
+}
+
+MapKey irradiance_key(const Digest& scene, const PhotonSettings& photons) { return {scene, photons, kIrradiancePass}; }
+
+bool is_irradiance_key(const MapKey& key) { return key.pass == kIrradiancePass; }
+
+float widest_reach(const PreparedScene& scene) { return 0.1f * scene.bounds.radius(); }
+
+Result<std::shared_ptr<const PhotonMaps>> add_irradiance(const PreparedScene& scene, const MapKey& key,
+                                                         std::shared_ptr<const PhotonMaps> maps,
+                                                         const Execution& execution) {
+  const auto pilot = build_photon_maps(scene, guide_key(key.scene, key.settings), execution);
+  if (!pilot) return pilot.error();
+  auto result = std::make_shared<PhotonMaps>();
+  result->global = maps->global.view(maps);
+  result->caustic = maps->caustic.view(maps);
+  const PhotonMap* const counted[] = {&maps->global, &maps->caustic};
+  const PhotonMap* const at[] = {&(*pilot)->global, &(*pilot)->caustic};
+  result->irradiance = Irradiance(counted, maps->emitted, at, Edges(scene.scene), widest_reach(scene), execution);
+  if (execution.cancelled()) return cancelled();
+  result->emitted = maps->emitted;
+  result->rays = maps->rays;
+  result->caustic_rays = maps->caustic_rays;
+  result->ledger = maps->ledger;
+  result->memory_bytes = maps->memory_bytes + result->irradiance.memory_bytes();
+  return std::shared_ptr<const PhotonMaps>(std::move(result));
 }
 
 }  // namespace photond

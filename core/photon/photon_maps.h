@@ -7,6 +7,7 @@
 #include "core/base/digest.h"
 #include "core/base/parallel.h"
 #include "core/base/result.h"
+#include "core/photon/irradiance.h"
 #include "core/photon/photon_map.h"
 #include "core/photon/settings.h"
 #include "core/trace/prepare.h"
@@ -25,6 +26,10 @@ struct MapKey {
   auto operator<=>(const MapKey&) const = default;
 };
 
+/// Names the maps of pass 0 with their irradiance: a pass number no rendering reaches.
+MapKey irradiance_key(const Digest& scene, const PhotonSettings& photons);
+bool is_irradiance_key(const MapKey& key);
+
 /// The flux of one pass, in W per channel summed over RGB/3: emitted = absorbed + escaped + truncated + rejected.
 struct EnergyLedger {
   double emitted = 0;
@@ -38,6 +43,7 @@ struct EnergyLedger {
 struct PhotonMaps {
   PhotonMap global;        ///< indirect: at least one non-specular bounce before the stored hit
   PhotonMap caustic;       ///< light, then one or more specular bounces, then the stored hit: LS⁺D
+  Irradiance irradiance;   ///< by both maps; empty but where the key asks for it
   double emitted = 0;      ///< paths, with those of lights that were left out: photon powers are divided by it at the query
   std::uint64_t rays = 0;          ///< traced while shooting
   std::uint64_t caustic_rays = 0;  ///< of these, as many as PhotonSet::caustic alone needs
@@ -49,6 +55,15 @@ struct PhotonMaps {
 /// the bits do not depend on the execution. Errors: cancelled.
 Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene& scene, const MapKey& key,
                                                             const Execution& execution);
+
+/// What an irradiance_key names, from the maps of pass 0, whose memory it shares; at the places of the photons of a
+/// guide's pilot. Errors: cancelled.
+Result<std::shared_ptr<const PhotonMaps>> add_irradiance(const PreparedScene& scene, const MapKey& key,
+                                                         std::shared_ptr<const PhotonMaps> maps,
+                                                         const Execution& execution);
+
+/// The distance within which photons are nearest ones: a search ends somewhere even where hardly any falls.
+float widest_reach(const PreparedScene& scene);
 
 /// Where a rendering gets the maps of a pass from: a cache, or build_photon_maps itself.
 using MapSource = std::function<Result<std::shared_ptr<const PhotonMaps>>(const MapKey&, const Execution&)>;

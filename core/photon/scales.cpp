@@ -35,8 +35,8 @@ struct Kernels {
   std::array<float, kScales> height;
   const Reach* reach;
 
-  Kernels(const SurfacePoint& surface, const Reach& reach_, float radius_sq_)
-      : center(surface.position), normal(surface.ng), radius_sq(radius_sq_), reach(&reach_) {
+  Kernels(const Vec3& center_, const Vec3& normal_, const Reach& reach_, float radius_sq_)
+      : center(center_), normal(normal_), radius_sq(radius_sq_), reach(&reach_) {
     for (int k = 0; k < kScales; ++k) {
       const float r_sq = radius_sq / area_factor(k);
       height[k] = 2 * kInvPi / (r_sq * reach->coverage(r_sq));
@@ -177,7 +177,7 @@ Sums sum_leaves(const PhotonMap& map, const Kernels& kernels, const Value& value
 
 void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask,
                      const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum, const Merge& merge) {
-  const Kernels kernels(surface, reach, radius_sq);
+  const Kernels kernels(surface.position, surface.ng, reach, radius_sq);
   const bool shared = merge.per_etendue > 0 && map.has_etendues();
   if (bsdf.lobes() == kDiffuseLobe && !surface.smooth) {
     // A bare Lambert base is the same for all directions: it waits until the end.
@@ -205,6 +205,12 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
     return value;
   };
   sum_leaves(map, kernels, reflected).add_to(sum, scale);
+}
+
+Rgb estimate_irradiance(const PhotonMap& map, const Vec3& position, const Vec3& normal, const Reach& reach,
+                        float radius_sq) {
+  const auto arriving = [&](std::uint32_t leaf, const Lanes<float>&) { return fluxes(map.leaf(leaf)); };
+  return Rgb(sum_leaves(map, Kernels(position, normal, reach, radius_sq), arriving).level[0]);
 }
 
 }  // namespace photond

@@ -40,4 +40,9 @@ struct Merge {
 void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask,
                      const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum, const Merge& merge = {});
 
+/// Flux per m² that arrives at a surface through `position` with the geometric unit `normal`, by the same kernel and
+/// photons; to be divided by the number of emitted paths.
+Rgb estimate_irradiance(const PhotonMap& map, const Vec3& position, const Vec3& normal, const Reach& reach,
+                        float radius_sq);
+
 }  // namespace photond

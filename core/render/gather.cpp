@@ -69,13 +69,27 @@ Merge gather_caustic(const RadianceSettings& settings, const Lights& lights, con
 }
 
 Rgb gather_nearest(const RadianceSettings& settings, const PhotonMap& map, const SurfacePoint& surface,
-                   const Bsdf& bsdf, const Lobes& lobes) {
+                   const Bsdf& bsdf, LobeMask mask) {
   if (map.size() == 0) return Rgb(0);
   const float radius_sq = nearest_radius_sq(map, surface.position, settings.nearest, settings.radius_sq);
   if (!(radius_sq > 0)) return Rgb(0);
   ScaleEstimate sum;
-  add_scales(settings, map, radius_sq, Rgb(1), surface, bsdf, lobes.gathered, {}, sum);
+  add_scales(settings, map, radius_sq, Rgb(1), surface, bsdf, mask, {}, sum);
   return sum.widest;
+}
+
+Rgb gather_all(const RadianceSettings& settings, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes) {
+  Rgb sum(0);
+  LobeMask rest = lobes.gathered;
+  if (settings.irradiance != nullptr && (rest & kDiffuseLobe) != 0) {
+    if (const auto irradiance = settings.irradiance->at(guide_of(settings).edges, surface.position, surface.ng)) {
+      sum += kInvPi * bsdf.diffuse_albedo() * *irradiance;
+      rest &= ~kDiffuseLobe;
+    }
+  }
+  if (rest == kNoLobe) return sum;
+  return sum + gather_nearest(settings, *settings.global, surface, bsdf, rest) +
+         gather_nearest(settings, *settings.caustic, surface, bsdf, rest);
 }
 
 }  // namespace photond

@@ -18,8 +18,12 @@ void gather_density(const RadianceSettings& settings, const CameraPath& path, co
 Merge gather_caustic(const RadianceSettings& settings, const Lights& lights, const CameraPath& path,
                      const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes, ScaleEstimate& sum);
 
-/// Radiance by the k nearest photons of `map` to the gathered lobes of `surface`.
+/// Radiance by the k nearest photons of `map` to the lobes in `mask` of `surface`.
 Rgb gather_nearest(const RadianceSettings& settings, const PhotonMap& map, const SurfacePoint& surface,
-                   const Bsdf& bsdf, const Lobes& lobes);
+                   const Bsdf& bsdf, LobeMask mask);
+
+/// Technique::nearest: radiance by all photons to the gathered lobes of `surface`, to the diffuse one by the irradiance
+/// computed beforehand where there is any near.
+Rgb gather_all(const RadianceSettings& settings, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes);
 
 }  // namespace photond

@@ -189,11 +189,10 @@ class RadianceWalks {
         gather_density(settings_, walk.path, surface, bsdf, lobes, gathered);
         break;
       case Technique::nearest:
-        add(walk, gather_nearest(settings_, *settings_.global, surface, bsdf, lobes));
-        add(walk, gather_nearest(settings_, *settings_.caustic, surface, bsdf, lobes));
+        add(walk, gather_all(settings_, surface, bsdf, lobes));
         break;
       case Technique::final_gather:
-        add(walk, gather_nearest(settings_, *settings_.caustic, surface, bsdf, lobes));
+        add(walk, gather_nearest(settings_, *settings_.caustic, surface, bsdf, lobes.gathered));
         gather(walk, surface, bsdf, lobes.gathered);
         break;
     }

@@ -25,6 +25,7 @@ struct RadianceSettings {
   Technique technique = Technique::trace;
   const PhotonMap* global = nullptr;     ///< indirect light; null for Technique::trace and merge
   const PhotonMap* caustic = nullptr;    ///< null for Technique::trace
+  const Irradiance* irradiance = nullptr;   ///< final_gather, nearest: by both maps, read where rays end; null: none
   double emitted = 1;                    ///< PhotonMaps::emitted
   const GatherGuide* guide = nullptr;    ///< cuts kernels at edges; density, merge: chooses radii; null: neither
   float pilot_share = 1;                 ///< density, merge: paths of the guide's pilot over those of `maps`

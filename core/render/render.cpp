@@ -31,6 +31,7 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
   if (maps != nullptr) {
     settings.global = &maps->global;
     settings.caustic = &maps->caustic;
+    if (maps->irradiance.places().size() > 0) settings.irradiance = &maps->irradiance;
     settings.emitted = maps->emitted;
   }
   settings.guide = task.guide.get();
@@ -46,8 +47,7 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
         pixel_spread(task.camera, task.settings.height);
   } else {
     settings.technique = Technique::final_gather;
-    // The k-nearest search ends somewhere even where hardly a photon falls.
-    const float reach = task.settings.radius > 0 ? task.settings.radius : 0.1f * task.scene->bounds.radius();
+    const float reach = task.settings.radius > 0 ? task.settings.radius : widest_reach(*task.scene);
     settings.radius_sq = reach * reach;
   }
   return settings;
@@ -128,8 +128,10 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
                               const Execution& execution) {
   std::shared_ptr<const PhotonMaps> pass_maps;
   if (task.plan.uses_maps) {
-    const std::uint32_t map_pass = task.plan.method == Method::photon_map ? 0 : pass;
-    auto found = maps({task.scene->digest, task.photons, map_pass, photon_set(task.plan.method)}, execution);
+    const MapKey key = task.plan.method == Method::photon_map
+                           ? irradiance_key(task.scene->digest, task.photons)
+                           : MapKey{task.scene->digest, task.photons, pass, photon_set(task.plan.method)};
+    auto found = maps(key, execution);
     if (!found) return found.error();
     pass_maps = std::move(found).value();
   }

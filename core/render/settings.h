@@ -24,7 +24,7 @@ struct RenderSettings {
   int height = 512;
   std::uint64_t seed = 0;
   float radius = 0;                          ///< widest gather radius of the first pass in metres; 0: chosen for each gather
-  std::uint32_t gather_photons = 64;         ///< k of the k-nearest estimate (photon_map), 1 … 4096
+  std::uint32_t gather_photons = 64;         ///< k of the k-nearest estimates where the eye looks (photon_map), 1 … 4096
   std::uint32_t max_depth = 65'536;          ///< bounces of a path; those cut are counted: Image::truncated
 };
 

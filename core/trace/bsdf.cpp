@@ -147,6 +147,9 @@ float Bsdf::share(LobeMask mask) const {
   return share;
 }
 
+// The mean of layer_scale over the cosine is what layer_out_ is divided by.
+Rgb Bsdf::diffuse_albedo() const { return layer_out_ > 0 ? diffuse_ * layer_scale(wo_.z) : Rgb(0); }
+
 // Reflected directions must be above both horizons, transmitted ones below both.
 bool Bsdf::same_side(const Vec3& wi_local, const Vec3& wi) const { return wi_local.z * glm::dot(wi, ng_) > 0; }
 

@@ -52,6 +52,10 @@ class Bsdf {
   /// Probability with which `sample` reflects, rather than refracts, where all there is is smooth glass; 0 elsewhere.
   float smooth_glass_reflectance() const;
 
+  /// Of light that arrives alike from everywhere, the share that the diffuse lobe sends towards `wo`, times π: what
+  /// irradiance over π is to be multiplied by.
+  Rgb diffuse_albedo() const;
+
   /// Probability with which `sample` chooses, of all lobes, one of `mask`.
   float share(LobeMask mask) const;
 

@@ -7,9 +7,13 @@ namespace photond {
 
 namespace {
 
+const char* kind(const MapKey& key) {
+  return is_guide_key(key) ? "guide" : is_irradiance_key(key) ? "irradiance" : "photons";
+}
+
 Json map_json(const MapCache::Info& map) {
   return {{"key", key_text(map.key)},
-          {"kind", is_guide_key(map.key) ? "guide" : "photons"},
+          {"kind", kind(map.key)},
           {"content", to_hex(map.key.scene)},
           {"photons_per_pass", map.key.settings.photons_per_pass},
           {"seed", map.key.settings.seed},

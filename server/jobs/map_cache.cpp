@@ -10,26 +10,6 @@ namespace {
 // Of maps that wait to be written; what comes beyond it stays in memory only.
 constexpr std::uint64_t kMaxQueuedBytes = 512ull << 20;
 
-Result<std::shared_ptr<const CachedMap>> build(const PreparedScene& scene, const MapKey& key,
-                                               const Execution& execution) {
-  const auto begin = std::chrono::steady_clock::now();
-  auto built = std::make_shared<CachedMap>();
-  if (is_guide_key(key)) {
-    auto guide = build_gather_guide(scene, key, execution);
-    if (!guide) return guide.error();
-    built->guide = std::move(*guide);
-  } else {
-    auto maps = build_photon_maps(scene, key, execution);
-    if (!maps) return maps.error();
-    built->maps = std::move(*maps);
-  }
-  const PhotonMaps& maps = built->guide ? *built->guide->pilot : *built->maps;
-  built->memory_bytes = built->guide ? built->guide->memory_bytes : maps.memory_bytes;
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-  built->facts = {maps.global.size(), maps.caustic.size(), seconds.count()};
-  return std::shared_ptr<const CachedMap>(std::move(built));
-}
-
 }  // namespace
 
 MapCache::MapCache(std::uint64_t memory_bytes, std::unique_ptr<MapFiles> files)
@@ -57,6 +37,35 @@ Result<MapCache::Answer> MapCache::get(const PreparedScene& scene, const MapKey&
   }
   if (origin == Origin::built && keep) write_later(key, answer->value);
   return Answer{std::move(answer->value), origin};
+}
+
+Result<MapCache::Memory::Shared> MapCache::build(const PreparedScene& scene, const MapKey& key,
+                                                 const Execution& execution) {
+  const auto begin = std::chrono::steady_clock::now();
+  auto built = std::make_shared<CachedMap>();
+  if (is_guide_key(key)) {
+    auto guide = build_gather_guide(scene, key, execution);
+    if (!guide) return guide.error();
+    built->guide = std::move(*guide);
+  } else {
+    auto maps = build_maps(scene, key, execution);
+    if (!maps) return maps.error();
+    built->maps = std::move(*maps);
+  }
+  const PhotonMaps& maps = built->guide ? *built->guide->pilot : *built->maps;
+  built->memory_bytes = built->guide ? built->guide->memory_bytes : maps.memory_bytes;
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  built->facts = {maps.global.size(), maps.caustic.size(), seconds.count()};
+  return Memory::Shared(std::move(built));
+}
+
+// Irradiance is added to the photons of the first pass where they are there already.
+Result<std::shared_ptr<const PhotonMaps>> MapCache::build_maps(const PreparedScene& scene, const MapKey& key,
+                                                               const Execution& execution) {
+  const MapKey plain{key.scene, key.settings, 0};
+  if (!is_irradiance_key(key) || !find(plain)) return build_photon_maps(scene, key, execution);
+  const auto found = get(scene, plain, execution, false);
+  return found ? add_irradiance(scene, key, found->value->maps, execution) : found.error();
 }
 
 MapCache::Memory::Shared MapCache::read(const MapKey& key, const Execution& execution) {

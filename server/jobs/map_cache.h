@@ -84,6 +84,9 @@ class MapCache {
     Memory::Shared value;
   };
 
+  Result<Memory::Shared> build(const PreparedScene& scene, const MapKey& key, const Execution& execution);
+  Result<std::shared_ptr<const PhotonMaps>> build_maps(const PreparedScene& scene, const MapKey& key,
+                                                       const Execution& execution);
   Memory::Shared read(const MapKey& key, const Execution& execution);
   void write_later(const MapKey& key, Memory::Shared value);
   void write_all(std::stop_token stop);

@@ -67,6 +67,25 @@ TEST_F(MapCacheTest, FindsMapsAndGuidesAfterARestart) {
   EXPECT_EQ(totals.misses, 1u);
 }
 
+TEST_F(MapCacheTest, IrradianceIsAddedToPhotonsThatAreThere) {
+  const MapKey irradiance = irradiance_key(scene_->digest, {2000, 0});
+  EXPECT_EQ(origin(irradiance), Origin::built);
+  EXPECT_FALSE(cache_->find(key(0))) << "nobody asked for them alone";
+  EXPECT_EQ(origin(irradiance), Origin::memory);
+  const std::uint64_t alone = cache_->find(irradiance)->bytes;
+  EXPECT_EQ(cache_->totals().memory_bytes, alone);
+  open();
+  EXPECT_EQ(origin(irradiance), Origin::disk);
+  EXPECT_TRUE(cache_->erase(irradiance));
+  EXPECT_EQ(origin(key(0)), Origin::built);
+  EXPECT_EQ(origin(irradiance), Origin::built);
+  const auto plain = cache_->get(*scene_, key(0), Execution{}, true)->value->maps;
+  const auto with = cache_->get(*scene_, irradiance, Execution{}, true)->value->maps;
+  EXPECT_EQ(with->global.leaves().data(), plain->global.leaves().data());
+  EXPECT_GT(with->irradiance.places().size(), 0u);
+  EXPECT_EQ(cache_->find(irradiance)->bytes, alone) << "counted in full: the other may be forgotten first";
+}
+
 TEST_F(MapCacheTest, WhatIsNotKeptIsNotWritten) {
   EXPECT_EQ(origin(key(0), false), Origin::built);
   cache_->flush();

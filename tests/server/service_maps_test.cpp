@@ -160,5 +160,20 @@ TEST_F(ServiceMapsTest, ALargeFilmIsPreviewedBeforeItsFirstPass) {
   EXPECT_EQ(series["points"][0]["revision"], 2);
 }
 
+// The irradiance that rays read belongs to no camera.
+TEST_F(ServiceMapsTest, ASecondCameraReadsTheSameIrradiance) {
+  const std::string scene = upload();
+  const std::string fields = R"("method":"photon_map","photons_per_pass":3000,"stop":{"passes":2},"camera":)";
+  const json one = wait_for_end(submit(scene, fields + R"({"eye":[0,0.5,3],"target":[0,0,0],"up":[0,1,0],"yfov_deg":50})"));
+  EXPECT_EQ(one["maps"]["hits"], 0) << one;
+  const json other = wait_for_end(submit(scene, fields + R"({"eye":[1,1,3],"target":[0,0,0],"up":[0,1,0],"yfov_deg":50})"));
+  EXPECT_EQ(other["maps"]["misses"], 0) << other;
+  EXPECT_EQ(other["maps"]["hits"], 2) << other;
+  const json maps = json::parse(get(port_, "/v1/maps").body)["maps"];
+  ASSERT_EQ(maps.size(), 2u);
+  EXPECT_EQ(maps[0]["kind"], "irradiance");
+  EXPECT_EQ(maps[1]["kind"], "guide");
+}
+
 }  // namespace
 }  // namespace photond::test

@@ -47,6 +47,7 @@ class MapBytes : public ::testing::Test {
     key_.scene = scene_->digest;
     key_.settings.photons_per_pass = 3000;
     maps_ = *build_photon_maps(*scene_, key_, Execution{});
+    irradiance_key_ = irradiance_key(scene_->digest, key_.settings);
     guide_key_ = guide_key(scene_->digest, key_.settings);
     guide_ = *build_gather_guide(*scene_, guide_key_, Execution{});
   }
@@ -59,7 +60,7 @@ class MapBytes : public ::testing::Test {
   }
 
   std::shared_ptr<const PreparedScene> scene_;
-  MapKey key_, guide_key_;
+  MapKey key_, irradiance_key_, guide_key_;
   std::shared_ptr<const PhotonMaps> maps_;
   std::shared_ptr<const GatherGuide> guide_;
 };
@@ -88,6 +89,24 @@ TEST_F(MapBytes, MapsReadBackAreTheSameInPlace) {
   EXPECT_EQ(std::memcmp(maps_file().memory.get(), file.memory.get(), file.size), 0) << "one map, one file";
 }
 
+TEST_F(MapBytes, IrradianceReadBackIsTheSame) {
+  const auto maps = *build_photon_maps(*scene_, irradiance_key_, Execution{});
+  const FileBytes file = file_of(map_sections(*maps, 0.5), map_identity(irradiance_key_));
+  EXPECT_FALSE(reads(file, key_)) << "another key";
+  const auto read = read_photon_maps(file.shared(), irradiance_key_, Execution{});
+  ASSERT_NE(read, nullptr);
+  EXPECT_EQ(read->irradiance.reach(), maps->irradiance.reach());
+  EXPECT_EQ(read->memory_bytes, maps->memory_bytes);
+  const auto a = read->irradiance.places().leaves(), b = maps->irradiance.places().leaves();
+  ASSERT_GT(a.size(), 0u);
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size_bytes()), 0);
+  for (std::uint32_t i = 0; i < maps->irradiance.places().size(); ++i) {
+    const Vec3 position = maps->irradiance.places().position(i), normal = maps->irradiance.places().normal(i);
+    EXPECT_EQ(read->irradiance.nearest(Edges(), position, normal), maps->irradiance.nearest(Edges(), position, normal));
+  }
+}
+
 TEST_F(MapBytes, TheFileLivesAsLongAsTheMaps) {
   std::weak_ptr<std::byte> memory;
   {
@@ -104,7 +123,8 @@ TEST_F(MapBytes, TheFileLivesAsLongAsTheMaps) {
 }
 
 TEST_F(MapBytes, PicturesByMapsAndGuideReadBackHaveTheSameBits) {
-  const FileBytes maps = maps_file(), guide = guide_file();
+  const auto with_irradiance = *build_photon_maps(*scene_, irradiance_key_, Execution{});
+  const FileBytes guide = guide_file();
   for (const Method method : {Method::progressive, Method::photon_map, Method::hybrid}) {
     RenderSettings settings{.method = method, .width = 24, .height = 18};
     const auto picture = [&](const GuideSource& guides, std::shared_ptr<const PhotonMaps> with) {
@@ -112,11 +132,15 @@ TEST_F(MapBytes, PicturesByMapsAndGuideReadBackHaveTheSameBits) {
       const MapSource source = [&](const MapKey&, const Execution&) { return Result(with); };
       return *render_pass(*task, 0, source, Execution{});
     };
-    const PassImage built = picture(build_gather_guide, maps_);
-    const GuideSource from_file = [&](const PreparedScene&, const MapKey& key, const Execution& execution) {
-      return Result(read_gather_guide(guide.shared(), key, execution));
+    const bool irradiance = method == Method::photon_map;
+    const auto& with = irradiance ? with_irradiance : maps_;
+    const MapKey& key = irradiance ? irradiance_key_ : key_;
+    const FileBytes maps = file_of(map_sections(*with, 0.5), map_identity(key));
+    const PassImage built = picture(build_gather_guide, with);
+    const GuideSource from_file = [&](const PreparedScene&, const MapKey& asked, const Execution& execution) {
+      return Result(read_gather_guide(guide.shared(), asked, execution));
     };
-    const PassImage read = picture(from_file, read_photon_maps(maps.shared(), key_, Execution{}));
+    const PassImage read = picture(from_file, read_photon_maps(maps.shared(), key, Execution{}));
     ASSERT_EQ(built.radiance.pixels.size(), read.radiance.pixels.size());
     EXPECT_EQ(std::memcmp(built.radiance.pixels.data(), read.radiance.pixels.data(),
                           built.radiance.pixels.size() * sizeof(Rgb)), 0);
