@@ -87,6 +87,7 @@ OIIO::ImageSpec make_spec(const Image& image, ImageFormat format) {
   spec.attribute("oiio:ColorSpace", exr ? "Linear" : "sRGB");
   // Or the library writes the time of day into EXR files: the same picture is to be the same file.
   if (exr) spec.attribute("DateTime", "");
+  if (!image.note.empty()) spec.attribute("ImageDescription", image.note);
   switch (format) {
     case ImageFormat::png:
       spec.attribute("png:compressionLevel", 1);
@@ -176,6 +177,7 @@ Result<Image> read_linear(OIIO::ImageInput& input, const std::string& layer) {
   const auto [first, last] = std::minmax_element(rgb->begin(), rgb->end());
   const auto channels = static_cast<std::size_t>(*last - *first + 1);
   Image image(spec.width, spec.height);
+  image.note = spec.get_string_attribute("ImageDescription");
   std::vector<float> values(image.pixels.size() * channels);
   if (!input.read_image(0, 0, *first, *last + 1, OIIO::TypeFloat, values.data())) {
     return invalid_input("the picture cannot be decoded: " + input.geterror());

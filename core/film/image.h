@@ -15,6 +15,7 @@ struct Image {
   int width = 0;
   int height = 0;
   std::vector<Rgb> pixels;        ///< width·height, row-major
+  std::string note;               ///< what its files say of it: their description or comment; may be empty
 
   Image() = default;
   Image(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * h, Rgb(0)) {}

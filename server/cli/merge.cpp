@@ -2,6 +2,7 @@
 #include <iostream>
 
 #include "core/film/error.h"
+#include "core/render/note.h"
 #include "server/cli/cli.h"
 #include "server/cli/commands.h"
 #include "server/cli/files.h"
@@ -126,17 +127,20 @@ int run_merge(const MergeCommand& command) {
   const auto merged = merge_inputs(command.inputs);
   if (!merged) return print_failure("cannot merge", merged.error());
   const Film& film = merged->joined.film;
+  const Json& identity = merged->joined.identity;
+  const bool biased = identity.value(Json::json_pointer("/plan/biased"), Json(false)) == true;
+  const Json stated = identity.value(Json::json_pointer("/plan/method"), Json());
+  const std::string method = stated.is_string() ? stated.get<std::string>() : "";
   for (const std::string& output : command.outputs) {
-    if (const auto written = write_picture(output, film); !written) return print_failure(output, written.error());
+    if (const auto written = write_picture(output, film, picture_note(method, biased)); !written) return print_failure(output, written.error());
   }
   if (!command.report.empty()) {
     const std::string text = indented(merge_json(command, merged->joined));
     const auto written = write_file(command.report, std::as_bytes(std::span(text)));
     if (!written) return print_failure(command.report, written.error());
   }
-  const Json biased = merged->joined.identity.value(Json::json_pointer("/plan/biased"), Json(false));
   std::string text = "merged " + std::to_string(film.pass_count()) + " passes" +
-                     error_text(estimate_error(film), biased == true) + " ->";
+                     error_text(estimate_error(film), biased) + " ->";
   for (const std::string& output : command.outputs) text += " " + output;
   std::cerr << text + "\n";
   return kExitOk;

@@ -20,9 +20,10 @@ std::optional<ImageFormat> format_of(const std::filesystem::path& file) {
   return std::nullopt;
 }
 
-Status write_picture(const std::filesystem::path& file, const Film& film) {
+Status write_picture(const std::filesystem::path& file, const Film& film, const std::string& note) {
   const ImageFormat format = *format_of(file);
-  const Image mean = film_picture(film);
+  Image mean = film_picture(film);
+  mean.note = note;
   const auto bytes = format == ImageFormat::exr_float ? encode_exr(mean, error_layers(film)) : encode(mean, format);
   if (!bytes) return bytes.error();
   return write_file(file, *bytes);

@@ -13,8 +13,8 @@ namespace photond {
 std::optional<ImageFormat> format_of(const std::filesystem::path& file);
 
 /// Writes the film's mean in the format that the file's name asks for and must have; EXR with the error layers
-/// beside it. Errors: io, and those of encode.
-Status write_picture(const std::filesystem::path& file, const Film& film);
+/// beside it, and a `note` as its description. Errors: io, and those of encode.
+Status write_picture(const std::filesystem::path& file, const Film& film, const std::string& note);
 
 /// Refuses what write_picture cannot write to: usage errors where a name has no format, failures where a file cannot
 /// be written. `report` may be empty. Prints the error and returns the exit code.

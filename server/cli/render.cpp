@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "core/film/compare.h"
+#include "core/render/note.h"
 #include "server/cli/cli.h"
 #include "server/cli/commands.h"
 #include "server/cli/files.h"
@@ -38,8 +39,9 @@ void print_warnings(const Scene& scene) {
 int write_results(const RenderCommand& command, const RenderTask& task, const Rendering& rendering,
                   const LoadSeconds& seconds) {
   const Stopwatch watch;
+  const std::string note = picture_note(method_name(task.plan.method), task.plan.biased);
   for (const std::string& output : command.outputs) {
-    if (const auto written = write_picture(output, rendering.film); !written)
+    if (const auto written = write_picture(output, rendering.film, note); !written)
       return print_failure(output, written.error());
   }
   const double encode_seconds = watch.seconds();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/film/film_bytes.h"
+#include "core/render/note.h"
 #include "server/store/file.h"
 
 namespace photond {
@@ -15,6 +16,8 @@ constexpr double kProgressSeconds = 0.5;  // between two progress events
 // A job that kills the service each time must not do so for ever. Many: those that merely shared the cores with it are
 // counted as well, until their next checkpoint.
 constexpr std::uint32_t kMaxCrashes = 100;
+
+std::string note_of(const Plan& plan) { return picture_note(method_name(plan.method), plan.biased); }
 
 }  // namespace
 
@@ -186,6 +189,7 @@ Status RunJob::publish_preview() {
   Result<Image> image = render_preview(*task_, map_source(), execution_);
   if (!image) return image.error();
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
+  image->note = note_of(task_->plan);
   job_->frames.publish(1, std::move(*image), std::nullopt);
   told_ = wall_seconds();
   return job_->note(EventKind::frame, [&](JobRecord& record) {
@@ -237,6 +241,7 @@ Status RunJob::publish(bool result) {
   const bool with_error = result || (error_.known && is_recent(job_->error_looked_at()));
   if (cancel_.stop_requested()) return cancelled();
   Image picture = film_picture(film_, execution_);
+  picture.note = note_of(task_->plan);
   if (cancel_.stop_requested()) return cancelled();
   job_->frames.publish(revision, std::move(picture),
                        with_error ? std::optional(error_layers(film_, execution_)) : std::nullopt);

@@ -83,6 +83,25 @@ TEST_F(RenderCommandTest, TheThreadCountDoesNotChangeABit) {
   }
 }
 
+// Whoever sees only the line, the report or a picture is told as well.
+TEST_F(RenderCommandTest, ABiasedMethodIsLabelledEverywhere) {
+  const std::string png = folder_.file("out.png"), jpg = folder_.file("out.jpg");
+  for (const std::string method : {"photon_map", "progressive"}) {
+    const bool biased = method == "photon_map";
+    for (const std::string passes : {"1", "9"}) {   // without and with an estimated error
+      const Outcome run = run_photond({"render", scene_, "-o", exr_, "-o", png, "-o", jpg, "--size", "16x16", "--passes",
+                                       passes, "--photons", "3000", "--method", method, "--report", report_});
+      ASSERT_EQ(run.code, 0) << run.err;
+      EXPECT_EQ(run.err.find("bias") != std::string::npos && run.err.find("method") != std::string::npos, biased) << run.err;
+      EXPECT_EQ(report()["scene"]["plan"]["biased"], biased);
+      for (const std::string& file : {exr_, png, jpg}) {
+        EXPECT_EQ(read_text(file).find("photond photon_map: biased") != std::string::npos, biased) << file;
+      }
+    }
+    EXPECT_EQ(run_photond({"info", scene_, "--method", method}).out.find("(biased)") != std::string::npos, biased);
+  }
+}
+
 TEST_F(RenderCommandTest, StopsByTimeAndByError) {
   const std::vector<std::string> base = {"render", scene_,     "-o",   exr_,       "--size",
                                          "32x32",  "--method", "path", "--report", report_};

@@ -53,6 +53,20 @@ TEST_F(ServiceTest, AJobRunsToAPicture) {
   EXPECT_EQ(get(port_, frame + ".png").status, 404);
 }
 
+TEST_F(ServiceTest, ABiasedMethodIsLabelledInTheJobAndInItsPictures) {
+  const std::string scene = upload();
+  for (const std::string method : {"photon_map", "progressive"}) {
+    const bool biased = method == "photon_map";
+    const json done = wait_for_end(submit(scene, R"("photons_per_pass":3000,"stop":{"passes":2},"method":")" + method + "\""));
+    EXPECT_EQ(done["plan"]["biased"], biased);
+    for (const char* extension : {".exr", ".png", ".jpg"}) {
+      const Reply frame = get(port_, done["urls"]["frame"].get<std::string>() + extension);
+      ASSERT_EQ(frame.status, 200);
+      EXPECT_EQ(frame.body.find("photond photon_map: biased") != std::string::npos, biased) << extension;
+    }
+  }
+}
+
 TEST_F(ServiceTest, PicturesAreNamedByRevision) {
   const std::string id = submit(upload(), R"("method":"path","stop":{"passes":3})");
   const json done = wait_for_end(id);

@@ -51,6 +51,28 @@ TEST(Encode, ThePictureAloneMakesTheFile) {
   }
 }
 
+TEST(Encode, ANoteIsInTheFileAndChangesNoPixel) {
+  const Image image = gradient();
+  Image noted = image;
+  noted.note = "biased by 7 & more";
+  const auto holds = [&](const Result<std::vector<std::byte>>& bytes) {
+    EXPECT_TRUE(bytes.ok());
+    const std::string text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+    return text.find(noted.note) != std::string::npos;
+  };
+  for (const ImageFormat format : {ImageFormat::png, ImageFormat::jpeg, ImageFormat::exr_half,
+                                   ImageFormat::exr_half_raw, ImageFormat::exr_float}) {
+    EXPECT_TRUE(holds(encode(noted, format))) << static_cast<int>(format);
+    EXPECT_FALSE(holds(encode(image, format)));
+  }
+  const ErrorLayers error{image, image, image};
+  EXPECT_FALSE(holds(encode_exr(image, error)));
+  const auto exr = encode_exr(noted, error);
+  EXPECT_TRUE(holds(exr));
+  EXPECT_EQ(decode_exr(*exr)->pixels, image.pixels);
+  EXPECT_EQ(decode_exr(*exr)->note, noted.note) << "for whoever encodes it in another format";
+}
+
 TEST(Encode, HalfExrRoundsAndStaysFinite) {
   const Image image = gradient();
   const Result<Image> back = decode_exr(encoded(image, ImageFormat::exr_half));
