@@ -78,6 +78,10 @@ Rgb gather_nearest(const RadianceSettings& settings, const PhotonMap& map, const
   return sum.widest;
 }
 
+// Only rays that end here read irradiance. As a control variate of paths that go on with probability q, C + [ξ < q](L − C)/q
+// at their second surface, it saved nothing: in Cornell boxes, with glass, behind a door ajar, and in closed rooms of albedo
+// .5 to .95, a path's own noise from there on is a tenth of the variance to all of it, the best q .8 to 1, and a look-up
+// takes as long as the vertices that it saves.
 Rgb gather_all(const RadianceSettings& settings, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes) {
   Rgb sum(0);
   LobeMask rest = lobes.gathered;
