@@ -24,7 +24,7 @@ TEST(CameraSampler, DependsOnNothingButItsArguments) {
   }
 }
 
-/// The first 24 pairs of numbers are stratified over a block, in both dimensions and in the plane.
+/// Pairs of numbers are stratified over a block, in both dimensions and in the plane.
 TEST(CameraSampler, StratifiesThePassesOfABlock) {
   for (const std::uint32_t block : {0u, 5u}) {
     std::vector<CameraSampler> passes;
@@ -44,7 +44,7 @@ TEST(CameraSampler, StratifiesThePassesOfABlock) {
   }
 }
 
-/// χ² of two streams' values in their common square, for dimensions within and beyond the stratified ones.
+/// χ² of two streams' values in their common square.
 void expect_independent(const char* what, CameraSampler (*first)(std::uint64_t), CameraSampler (*second)(std::uint64_t)) {
   constexpr int kCells = 8;
   constexpr std::uint64_t kStreams = 3000;
@@ -68,13 +68,20 @@ TEST(CameraSampler, BlocksAndPixelsAreIndependent) {
 
 TEST(CameraSampler, FourNumbersAreTwoPairs) {
   CameraSampler pairs(3, 5, 1234), fours(3, 5, 1234);
-  // An odd start, so that one of the fours ends beyond the stratified dimensions.
   EXPECT_EQ(pairs.next2(), fours.next2());
   for (int i = 0; i < 40; ++i) {
     const Vec2 xy = pairs.next2();
     const Vec2 zw = pairs.next2();
     EXPECT_EQ(fours.next4(), Vec4(xy, zw)) << i;
   }
+}
+
+TEST(CameraSampler, BranchesAreIndependentOfWhatTheyLeave) {
+  expect_independent("branch", [](std::uint64_t n) { return CameraSampler(1, 3, n); },
+                     [](std::uint64_t n) { return CameraSampler(1, 3, n).branch(); });
+  CameraSampler sampler(1, 3, 5);
+  CameraSampler first = sampler.branch(), second = sampler.branch();
+  EXPECT_NE(first.next2(), second.next2());
 }
 
 }  // namespace

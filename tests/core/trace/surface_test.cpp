@@ -127,6 +127,38 @@ TEST(Surface, SingleSidedEmittersAreDarkFromBehind) {
 }
 
 // A mask of alpha .5: opaque at a cutoff of .4, absent at .6; a blend of .25 stops a quarter of random rays.
+// Whole and partly filled packets find what single rays find.
+TEST(Accel, PacketsMeetWhatSingleRaysMeet) {
+  const auto room = test::busy_room();
+  Rng rng(1, RngPurpose::pilot, 0, 0);
+  int found = 0, hidden_rays = 0;
+  for (std::uint32_t count = 1; count <= kLanes; ++count) {
+    RayLanes rays{};
+    HitLanes hits;
+    std::uint8_t hidden[kLanes];
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const Vec3 origin = room->bounds.center() + 0.3f * square_to_sphere(rng.next2());
+      rays.set(k, {origin, square_to_sphere(rng.next2()), rng.next() < 0.5f ? kInfinity : room->bounds.radius() / 2});
+    }
+    for (const Coherence coherence : {Coherence::none, Coherence::high}) {
+      room->accel.intersect(rays, count, coherence, hits);
+      room->accel.occluded(rays, count, hidden);
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const Hit hit = room->accel.intersect(rays.ray(k));
+        ASSERT_EQ(hits[k].instance, hit.instance);
+        EXPECT_EQ(hidden[k] != 0, room->accel.occluded(rays.ray(k)));
+        hidden_rays += hidden[k];
+        if (!hit.found()) continue;
+        ++found;
+        EXPECT_EQ(hits[k].triangle, hit.triangle);
+        EXPECT_NEAR(hits[k].t, hit.t, 1e-5f * room->bounds.radius());   // some roundings
+      }
+    }
+  }
+  EXPECT_GT(found, 100);
+  EXPECT_GT(hidden_rays, 100);
+}
+
 TEST(Accel, AlphaDecidesWhatIsHit) {
   const auto share = [](AlphaMode mode, float alpha, float cutoff) {
     Scene scene = test::empty_scene();
