@@ -73,20 +73,25 @@ class RadianceWalks {
   }
 
   void advance_all() {
-    std::uint32_t plain = 0, alive = 0;
+    std::uint32_t plain = 0, other = 0;
     for (std::uint32_t k = 0; k < live_count_; ++k) {
       Walk& walk = walks_[live_[k]];
       const Hit hit = hits_[k];
-      if (is_plain(walk.path, hit)) {
+      const PlacedMesh& mesh = scene_.placed_at(hit);
+      if (is_plain(walk.path, mesh)) {
         plain_walks_[plain] = live_[k];
-        if (scene_.placed_at(hit).emissive) add_emission(walk, make_surface(scene_.scene, walk.path.ray, hit), hit.t);
-        plain_.set(plain++, scene_.placed_at(hit), hit, walk.path, walk.rng);
-      } else if (advance(walk, hit)) {
-        live_[alive++] = live_[k];
+        if (mesh.emissive) add_emission(walk, make_surface(scene_.scene, walk.path.ray, hit), hit.t);
+        plain_.set(plain++, mesh, hit, walk.path, walk.rng);
+      } else if (hit.found()) {
+        other_walks_[other] = {live_[k], k};
+        surfaces_.set(other++, mesh, hit, walk.path.ray.direction);
+      } else {
+        add_environment(walk);
       }
     }
-    live_count_ = alive;
+    live_count_ = 0;
     if (plain > 0) advance_plain(plain);
+    if (other > 0) advance_other(other);
     for (std::uint32_t k = 0; k < live_count_; ++k) ++walks_[live_[k]].path.depth;
   }
 
@@ -104,8 +109,8 @@ class RadianceWalks {
   }
 
   // Whether a path may be advanced by PlainVertices.
-  bool is_plain(const CameraPath& path, const Hit& hit) const {
-    return settings_.technique == Technique::trace && scene_.placed_at(hit).plain && !scene_.lights.empty() &&
+  bool is_plain(const CameraPath& path, const PlacedMesh& mesh) const {
+    return settings_.technique == Technique::trace && mesh.plain && !scene_.lights.empty() &&
            !path.medium.active() && path.depth < settings_.max_depth;
   }
 
@@ -123,14 +128,23 @@ class RadianceWalks {
     }
   }
 
-  // From the ray's end off the surface again; false where the path ends.
-  bool advance(Walk& walk, const Hit& hit) {
-    CameraPath& path = walk.path;
-    if (!hit.found()) {
-      add_environment(walk);
-      return false;
+  void advance_other(std::uint32_t count) {
+    surfaces_.compute(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto [index, k] = other_walks_[i];
+      Walk& walk = walks_[index];
+      const Hit hit = hits_[k];
+      const bool alive = scene_.placed_at(hit).in_place
+                             ? advance(walk, hit, surfaces_.point(i, scene_.scene, hit))
+                             : advance(walk, hit, make_surface(scene_.scene, walk.path.ray, hit));
+      live_[live_count_] = index;
+      live_count_ += alive;
     }
-    const SurfacePoint surface = make_surface(scene_.scene, path.ray, hit);
+  }
+
+  // From the ray's end off the surface again; false where the path ends.
+  bool advance(Walk& walk, const Hit& hit, const SurfacePoint& surface) {
+    CameraPath& path = walk.path;
     path.throughput *= path.medium.transmittance(surface, hit.t);
     add_emission(walk, surface, hit.t);
     // The last bounce's light may be found here as well as by sampling it from there: only now the path is cut.
@@ -275,6 +289,11 @@ class RadianceWalks {
   HitLanes hits_;
   PlainVertices plain_{};
   std::array<std::uint32_t, kLanes> plain_walks_;
+  struct Other {
+    std::uint32_t walk, lane;   // lane: of its hit
+  };
+  std::array<Other, kLanes> other_walks_;
+  SurfaceLanes surfaces_{};                      // of those
   ShadowRays shadows_;
   std::array<ScaleEstimate, kLanes> gathered_;
 };
