@@ -124,14 +124,16 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
   return task;
 }
 
+MapKey map_key(const Digest& scene, const PhotonSettings& photons, Method method, std::uint32_t pass) {
+  if (method == Method::photon_map) return irradiance_key(scene, photons);
+  return {scene, photons, pass, method == Method::hybrid ? PhotonSet::caustic : PhotonSet::all};
+}
+
 Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const MapSource& maps,
                               const Execution& execution) {
   std::shared_ptr<const PhotonMaps> pass_maps;
   if (task.plan.uses_maps) {
-    const MapKey key = task.plan.method == Method::photon_map
-                           ? irradiance_key(task.scene->digest, task.photons)
-                           : MapKey{task.scene->digest, task.photons, pass, photon_set(task.plan.method)};
-    auto found = maps(key, execution);
+    auto found = maps(map_key(task.scene->digest, task.photons, task.plan.method, pass), execution);
     if (!found) return found.error();
     pass_maps = std::move(found).value();
   }

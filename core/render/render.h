@@ -34,6 +34,9 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
                                     const Execution& execution,
                                     const GuideSource& guides = build_gather_guide);
 
+/// The photon maps that a pass of the method gathers from; `photon_map`: the same in all passes.
+MapKey map_key(const Digest& scene, const PhotonSettings& photons, Method method, std::uint32_t pass);
+
 /// Renders pass `pass` (0, 1, …) of the task: an estimate of the picture independent of all other passes
 /// (`photon_map`: sharing one map). A pure function of (task, pass). Asks `maps` for photon maps at most once.
 Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const MapSource& maps,

@@ -28,11 +28,6 @@ struct RenderSettings {
   std::uint32_t max_depth = 65'536;          ///< bounces of a path; those cut are counted: Image::truncated
 };
 
-/// The photons that a method gathers.
-constexpr PhotonSet photon_set(Method method) {
-  return method == Method::hybrid ? PhotonSet::caustic : PhotonSet::all;
-}
-
 /// When a job is done: at whichever comes first. At least one must be set.
 struct StopRule {
   std::optional<std::uint32_t> passes;

@@ -8,7 +8,9 @@ namespace photond {
 namespace {
 
 const char* kind(const MapKey& key) {
-  return is_guide_key(key) ? "guide" : is_irradiance_key(key) ? "irradiance" : "photons";
+  if (is_guide_key(key)) return "guide";
+  if (is_irradiance_key(key)) return "irradiance";
+  return key.set == PhotonSet::caustic ? "caustic" : "photons";
 }
 
 Json map_json(const MapCache::Info& map) {
@@ -33,6 +35,9 @@ PrewarmSpec parse_prewarm(const Json& message) {
   spec.scene = *digest_from_hex(message["scene"].get<std::string>());
   spec.photons.photons_per_pass = message.value("photons_per_pass", spec.photons.photons_per_pass);
   spec.photons.seed = message.value("seed", spec.photons.seed);
+  if (const auto method = message.find("method"); method != message.end()) {
+    spec.method = *method_from_name(method->get<std::string>().c_str());
+  }
   spec.passes = message.value("passes", spec.passes);
   return spec;
 }

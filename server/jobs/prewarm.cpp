@@ -2,11 +2,14 @@
 
 #include <exception>
 
+#include "core/render/render.h"
+
 namespace photond {
 
 std::vector<MapKey> prewarm_keys(const PrewarmSpec& spec, const Digest& content) {
   std::vector<MapKey> keys{guide_key(content, spec.photons)};
-  for (std::uint32_t pass = 0; pass < spec.passes; ++pass) keys.push_back({content, spec.photons, pass});
+  const std::uint32_t maps = spec.method == Method::photon_map ? 1 : spec.passes;
+  for (std::uint32_t pass = 0; pass < maps; ++pass) keys.push_back(map_key(content, spec.photons, spec.method, pass));
   return keys;
 }
 

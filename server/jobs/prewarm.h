@@ -10,16 +10,18 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/render/settings.h"
 #include "server/jobs/map_cache.h"
 #include "server/jobs/scene_library.h"
 #include "server/jobs/scheduler.h"
 
 namespace photond {
 
-/// Which photon maps are to be there before a job asks for them: those of the first passes, and the guide.
+/// Which photon maps are to be there before a job asks for them: those of the method's first passes, and the guide.
 struct PrewarmSpec {
   Digest scene;  ///< of the file
   PhotonSettings photons;
+  Method method = Method::progressive;
   std::uint32_t passes = 1;
   auto operator<=>(const PrewarmSpec&) const = default;
 };

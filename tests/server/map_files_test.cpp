@@ -173,6 +173,8 @@ TEST(MapKeyText, IsReadBackExactly) {
   MapKey key{{}, {262'144, UINT64_MAX}, UINT32_MAX};
   key.scene.bytes[3] = 0xab;
   EXPECT_EQ(parse_key(key_text(key)), key);
+  key.set = PhotonSet::caustic;
+  EXPECT_EQ(parse_key(key_text(key)), key);
   const std::string text = key_text(MapKey{});
   ASSERT_TRUE(parse_key(text));
   for (const std::string& wrong : {std::string(), text + "-", text + "0-", text.substr(1), "x" + text.substr(1),

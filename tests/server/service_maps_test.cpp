@@ -73,6 +73,19 @@ TEST_F(ServiceMapsTest, PrewarmedMapsAreHits) {
   EXPECT_EQ(wait_for_end(submit(scene, job_))["maps"]["misses"], 0);
 }
 
+TEST_F(ServiceMapsTest, PrewarmedMapsAreThoseOfTheMethod) {
+  const std::string scene = upload();
+  for (const std::string method : {"hybrid", "photon_map"}) {
+    const std::string fields = R"("method":")" + method + '"';
+    wait_for_maps(scene, R"(,"passes":2,)" + fields);
+    const std::string job = fields + R"(,"photons_per_pass":2000,"stop":{"passes":2})";
+    const json ended = wait_for_end(submit(scene, job));
+    EXPECT_EQ(ended["state"], "succeeded");
+    EXPECT_EQ(ended["maps"]["misses"], 0) << method;
+  }
+  EXPECT_EQ(prewarm(scene, R"(,"method":"path")").status, 422);
+}
+
 TEST_F(ServiceMapsTest, ThirtyTwoRequestsForAColdMapBuildItOnce) {
   const std::string scene = upload();
   std::vector<std::thread> clients;
