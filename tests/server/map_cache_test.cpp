@@ -73,7 +73,7 @@ TEST_F(MapCacheTest, IrradianceIsAddedToPhotonsThatAreThere) {
   EXPECT_FALSE(cache_->find(key(0))) << "nobody asked for them alone";
   EXPECT_EQ(origin(irradiance), Origin::memory);
   const std::uint64_t alone = cache_->find(irradiance)->bytes;
-  EXPECT_EQ(cache_->totals().memory_bytes, alone);
+  EXPECT_EQ(cache_->totals().memory.bytes, alone);
   open();
   EXPECT_EQ(origin(irradiance), Origin::disk);
   EXPECT_TRUE(cache_->erase(irradiance));
