@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <optional>
+#include <type_traits>
 
 #include "core/scene/gltf/check.h"
 #include "core/scene/gltf/extensions.h"
@@ -58,6 +59,18 @@ bool read_buffer(std::vector<unsigned char>* out, LoadState& state) {
   return !state.error;
 }
 
+/// From 2.9 on tinygltf asks for a file's size, too.
+template <class Callbacks>
+void set_size_callback(Callbacks& callbacks) {
+  if constexpr (requires { callbacks.GetFileSizeInBytes; }) {
+    callbacks.GetFileSizeInBytes = [](std::size_t* size, std::string*, const std::string&, void* user) {
+      const LoadState& state = *static_cast<LoadState*>(user);
+      *size = state.scan.buffers[state.model.buffers.size()].byte_length;
+      return true;
+    };
+  }
+}
+
 tinygltf::FsCallbacks file_callbacks(LoadState& state) {
   tinygltf::FsCallbacks callbacks{};
   callbacks.user_data = &state;
@@ -71,7 +84,19 @@ tinygltf::FsCallbacks file_callbacks(LoadState& state) {
   callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
     return false;
   };
+  set_size_callback(callbacks);
   return callbacks;
+}
+
+/// False where tinygltf does not take the callbacks and would look at the disk itself; 2.7 takes all.
+template <class Loader>
+bool set_callbacks(Loader& loader, LoadState& state) {
+  if constexpr (std::is_void_v<decltype(loader.SetFsCallbacks(file_callbacks(state)))>) {
+    loader.SetFsCallbacks(file_callbacks(state));
+    return true;
+  } else {
+    return loader.SetFsCallbacks(file_callbacks(state));
+  }
 }
 
 /// Keeps the encoded bytes of a data URI. The bytes of a buffer view are not looked at here: their range has
@@ -120,7 +145,7 @@ std::string failing_place(const tinygltf::Model& model, const JsonScan& scan) {
 Status run_tinygltf(std::span<const std::byte> bytes, const Container& container, LoadState& state,
                     tinygltf::Model& model) {
   tinygltf::TinyGLTF loader;
-  loader.SetFsCallbacks(file_callbacks(state));
+  if (!set_callbacks(loader, state)) return Error{ErrorCode::internal, "tinygltf refuses its callbacks", {}};
   loader.SetImageLoader(keep_encoded, nullptr);
   std::string error, warning;
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
