@@ -52,6 +52,11 @@ TEST(StudentT, QuantilesAreThoseOfTheTables) {
   for (const auto& [degrees, quantile] : table) {
     EXPECT_NEAR(t_quantile(degrees), quantile, 0.002 * quantile) << degrees;  // as promised by t_quantile
   }
+  const std::pair<double, double> one_sided[] = {{1, 6.3138}, {2, 2.9200}, {3, 2.3534}, {4, 2.1318},
+                                                 {7, 1.8946}, {15, 1.7531}, {30, 1.6973}, {1e9, 1.64485}};
+  for (const auto& [degrees, quantile] : one_sided) {
+    EXPECT_NEAR(t_quantile(degrees, kZ95), quantile, 0.002 * quantile) << degrees;
+  }
 }
 
 /// P(|N(bias, 1)| ≤ bound) by the error function.
