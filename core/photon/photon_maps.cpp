@@ -52,7 +52,8 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
 
   auto maps = std::make_shared<PhotonMaps>();
   maps->emitted = static_cast<double>(paths);
-  if (key.set == PhotonSet::caustic) maps->emitted /= std::max(scene.lights.casting_share(), 1e-6);
+  const double share = key.set == PhotonSet::caustic ? scene.lights.casting_share() : 1;
+  if (share > 0) maps->emitted /= share;   // without such lights there are no photons
   for (const PhotonBlock& block : blocks) {
     add(maps->ledger, block.ledger);
     maps->rays += block.rays;
