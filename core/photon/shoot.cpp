@@ -142,11 +142,16 @@ class Shooter {
   }
 
   void intersect(std::vector<Ray>* record) {
-    for (const std::uint32_t i : live_) {
-      if (record != nullptr) record->push_back(walks_[i].ray);
-      block_.caustic_rays += walks_[i].map == kCaustic;
-      new (&hits_[i]) Hit(scene_.accel.intersect(walks_[i].ray));  // in place: a copy would stall on its stores
-      if (far_) scene_.placed_at(hits_[i]).prefetch_triangle(hits_[i].triangle);
+    for (std::uint32_t k = 0; k < live_.size; ++k) {
+      const Ray& ray = walks_[live_.items[k]].ray;
+      if (record != nullptr) record->push_back(ray);
+      block_.caustic_rays += walks_[live_.items[k]].map == kCaustic;
+      rays_.set(k, ray);
+    }
+    scene_.accel.intersect(rays_, live_.size, Coherence::none, met_);
+    for (std::uint32_t k = 0; k < live_.size; ++k) {
+      Hit& hit = *new (&hits_[live_.items[k]]) Hit(met_[k]);  // in place: a copy would stall on its stores
+      if (far_) scene_.placed_at(hit).prefetch_triangle(hit.triangle);
     }
     for (const std::uint32_t i : live_) {
       if (far_) scene_.placed_at(hits_[i]).prefetch_vertices(hits_[i].triangle);
@@ -315,6 +320,8 @@ class Shooter {
   Subset live_;
   std::array<Walk, kBatch> walks_;
   std::array<Hit, kBatch> hits_;
+  RayLanes rays_{};              // of the live walks, and what they meet
+  HitLanes met_;
   EmissionLanes emissions_{};
   PlainBounces bounces_{};
   SurfaceLanes surfaces_{};
