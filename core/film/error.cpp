@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/film/reconstruct.h"
+#include "core/film/rows.h"
 
 namespace photond {
 namespace {
@@ -40,6 +41,24 @@ class Variance {
   const Film& film_;
   bool by_blocks_;
   double count_;
+};
+
+/// What an ErrorEstimate is made of, over some pixels.
+struct ErrorSums {
+  double v = 0, v_relative = 0;
+  double b_sq = 0, b_sq_relative = 0;
+  std::uint64_t dominated = 0;
+
+  void add(double variance, double bias_sq, double mean) {
+    const double scale = 1 / (mean * mean + 0.01);
+    v += variance, v_relative += variance * scale;
+    b_sq += bias_sq, b_sq_relative += bias_sq * scale;
+  }
+  void add(const ErrorSums& other) {
+    v += other.v, v_relative += other.v_relative;
+    b_sq += other.b_sq, b_sq_relative += other.b_sq_relative;
+    dominated += other.dominated;
+  }
 };
 
 bool is_dominated(const Film& film, std::size_t pixel, const glm::dvec3& mean, std::uint32_t passes) {
@@ -75,24 +94,26 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
   // A degree of freedom for each pixel is plenty for a mean over all.
   const Variance variance(film, 2);
   const Reconstruction picture = reconstruct(film, execution);
-  double v_sum = 0, v_relative = 0, b_sum = 0, b_relative = 0;
-  ErrorEstimate error{.known = true};
-  for (std::size_t i = 0; i < film.complete.size(); ++i) {
-    const glm::dvec3 mean = pass_mean(film, i);
-    error.dominated += is_dominated(film, i, mean, passes);
-    for (int c = 0; c < 3; ++c) {
-      const double v = variance(i, static_cast<std::size_t>(c), mean[c]) + picture.variance[i][c];
-      const double b_sq = picture.bias_sq[i][c];
-      const double scale = 1 / (picture.mean[i][c] * picture.mean[i][c] + 0.01);
-      v_sum += v, v_relative += v * scale;
-      b_sum += b_sq, b_relative += b_sq * scale;
+  const auto width = static_cast<std::size_t>(film.width);
+  std::vector<ErrorSums> rows(static_cast<std::size_t>(film.height));
+  for_rows(film, execution, [&](std::size_t y) {
+    for (std::size_t i = y * width; i < (y + 1) * width; ++i) {
+      const glm::dvec3 mean = pass_mean(film, i);
+      rows[y].dominated += is_dominated(film, i, mean, passes);
+      for (int c = 0; c < 3; ++c) {
+        const double v = variance(i, static_cast<std::size_t>(c), mean[c]) + picture.variance[i][c];
+        rows[y].add(v, picture.bias_sq[i][c], picture.mean[i][c]);
+      }
     }
-  }
+  });
+  ErrorSums sums;
+  for (const ErrorSums& row : rows) sums.add(row);
   const double count = 3.0 * static_cast<double>(film.complete.size());
-  error.noise = std::sqrt(v_relative / count);
-  error.bias = std::sqrt(std::max(0.0, b_relative) / count);
+  ErrorEstimate error{.dominated = sums.dominated, .known = true};
+  error.noise = std::sqrt(sums.v_relative / count);
+  error.bias = std::sqrt(std::max(0.0, sums.b_sq_relative) / count);
   error.relative = std::hypot(error.noise, error.bias);
-  error.rmse = std::sqrt((v_sum + std::max(0.0, b_sum)) / count);
+  error.rmse = std::sqrt((sums.v + std::max(0.0, sums.b_sq)) / count);
   return error;
 }
 
@@ -102,7 +123,7 @@ ErrorLayers error_layers(const Film& film, const Execution& execution) {
   if (passes < 2) return layers;
   const Variance variance(film, kBlocksForEstimate);
   const Reconstruction picture = reconstruct(film, execution);
-  for (std::size_t i = 0; i < film.complete.size(); ++i) {
+  for_pixels(film, execution, [&](std::size_t i) {
     const glm::dvec3 mean = pass_mean(film, i);
     for (int c = 0; c < 3; ++c) {
       const double own = variance(i, static_cast<std::size_t>(c), mean[c]);
@@ -113,7 +134,7 @@ ErrorLayers error_layers(const Film& film, const Execution& execution) {
       layers.bias.pixels[i][c] = static_cast<float>(bias);
       layers.bound.pixels[i][c] = static_cast<float>(error_bound(bias, deviation, degrees));
     }
-  }
+  });
   return layers;
 }
 

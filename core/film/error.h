@@ -23,7 +23,7 @@ struct ErrorEstimate {
 /// another, and the block that is not complete counts for the mean only. With fewer than two complete blocks
 /// (kBlocksForEstimate for the error of single pixels) it is (spread of single passes)/passes, which is too large where
 /// stratification within the blocks helps. The bands' share of V and the squared bias b² are Reconstruction's; b² is
-/// clamped at 0 in the sum over the picture. `execution`'s stop token does not interrupt it.
+/// clamped at 0 in the sum over the picture. Once the execution is cancelled the result means nothing.
 ErrorEstimate estimate_error(const Film& film, const Execution& execution = {});
 
 /// The error of each pixel and channel, in radiance.
@@ -32,7 +32,8 @@ struct ErrorLayers {
   Image bias;   ///< b ≥ 0: root of the expected squared bias
   Image bound;  ///< what the error does not exceed with a probability of 95 %: error_bound
 };
-/// All black while there are fewer than two passes. Fewer than kReliablePasses passes say little about any pixel.
+/// All black while there are fewer than two passes. Fewer than kReliablePasses passes say little about any pixel. Once
+/// the execution is cancelled they mean nothing.
 ErrorLayers error_layers(const Film& film, const Execution& execution = {});
 inline constexpr std::uint32_t kReliablePasses = 8;
 

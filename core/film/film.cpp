@@ -6,22 +6,16 @@
 #include <cmath>
 #include <string>
 
+#include "core/film/rows.h"
+
 namespace photond {
 namespace {
 
 constexpr std::uint16_t kAllPasses = 0xffff;
 static_assert(kBlockPasses == 16, "the passes of a block are the bits of a uint16_t");
 
-constexpr std::size_t kChunk = 4096;  // pixels of one task
-
-/// Calls body(i) for all pixels, never cut short: a film with half a pass would be lost.
-template <class Body>
-void for_pixels(const Execution& execution, std::size_t pixels, const Body& body) {
-  parallel_for({execution.arena, {}}, (pixels + kChunk - 1) / kChunk, 1, [&](std::size_t chunk) {
-    const std::size_t end = std::min(pixels, (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i) body(i);
-  });
-}
+// A film with half a pass would be lost.
+Execution uninterrupted(const Execution& execution) { return {execution.arena, {}}; }
 
 bool fits(const Rgb& value) {
   const auto in_range = [](float x) { return std::abs(x) < kLargestSummand; };  // false for NaN
@@ -53,8 +47,8 @@ Film::OpenBlock& open_block(Film& film, std::uint32_t index) {
 void close_if_complete(Film& film, std::uint32_t index, const Execution& execution) {
   Film::OpenBlock& block = open_block(film, index);
   if (block.passes != kAllPasses) return;
-  film.block_squares.resize(film.complete.size());
-  for_pixels(execution, film.complete.size(), [&](std::size_t i) {
+  if (film.block_squares.empty()) film.block_squares = Film::SquareSums(film.complete.size());
+  for_pixels(film, uninterrupted(execution), [&](std::size_t i) {
     for (std::size_t c = 0; c < 3; ++c) {
       film.complete[i][c].add(block.sum[i][c]);
       film.block_squares[i][c].add_square(block.sum[i][c].value() / kBlockPasses);
@@ -78,9 +72,9 @@ void add_bands(Film::BandSums& sums, const Bands& bands) {
   }
 }
 
-void merge_bands(std::vector<Film::BandSums>& to, const std::vector<Film::BandSums>& from) {
+void merge_bands(ZeroedArray<Film::BandSums>& to, const ZeroedArray<Film::BandSums>& from) {
   if (from.empty()) return;
-  to.resize(from.size());
+  if (to.empty()) to = ZeroedArray<Film::BandSums>(from.size());
   for (std::size_t i = 0; i < to.size(); ++i) {
     for (int j = 0; j < kBands; ++j) {
       for (int c = 0; c < 3; ++c) to[i].value[j][c].add(from[i].value[j][c]);
@@ -92,7 +86,7 @@ void merge_bands(std::vector<Film::BandSums>& to, const std::vector<Film::BandSu
 template <class Sums>
 void add_sums(Sums& to, const Sums& from) {
   if (from.empty()) return;
-  to.resize(from.size());
+  if (to.empty()) to = Sums(from.size());
   for (std::size_t i = 0; i < to.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) to[i][c].add(from[i][c]);
   }
@@ -102,9 +96,9 @@ void add_sums(Sums& to, const Sums& from) {
 
 Film::Film(int w, int h) : width(w), height(h) {
   const std::size_t pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
-  complete.resize(pixels);
-  pass_squares.resize(pixels);
-  largest.resize(pixels);
+  complete = Sums(pixels);
+  pass_squares = SquareSums(pixels);
+  largest = ZeroedArray<float>(pixels);
 }
 
 std::uint32_t Film::pass_count() const {
@@ -123,10 +117,10 @@ void add_pass(Film& film, std::uint32_t pass, const PassImage& image, const Exec
   const std::size_t pixels = film.complete.size();
   assert(image.radiance.pixels.size() == pixels && !film.contains(pass));
   const bool banded = !image.bands.empty();
-  if (banded) film.bands.resize(pixels);
+  if (banded && film.bands.empty()) film.bands = ZeroedArray<Film::BandSums>(pixels);
   Film::OpenBlock& block = open_block(film, pass / kBlockPasses);
   std::atomic<std::uint64_t> rejected = 0;
-  for_pixels(execution, pixels, [&](std::size_t i) {
+  for_pixels(film, uninterrupted(execution), [&](std::size_t i) {
     const Rgb value = image.radiance.pixels[i];
     if (!fits(value) || (banded && !fits(image.bands[i]))) {
       ++rejected;

@@ -6,6 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/result.h"
+#include "core/base/zeroed_array.h"
 #include "core/film/exact_sum.h"
 #include "core/film/image.h"
 
@@ -25,8 +26,8 @@ struct PassRange {
 /// Sums over a set of passes. All are integers: the same passes give the same bits, however they were split into
 /// films and in whatever order they were added.
 struct Film {
-  using Sums = std::vector<std::array<ExactSum, 3>>;              ///< per pixel and channel
-  using SquareSums = std::vector<std::array<ExactSquareSum, 3>>;
+  using Sums = ZeroedArray<std::array<ExactSum, 3>>;              ///< per pixel and channel
+  using SquareSums = ZeroedArray<std::array<ExactSquareSum, 3>>;
 
   struct BandSums {
     std::array<std::array<ExactSum, 3>, kBands> value;
@@ -50,8 +51,8 @@ struct Film {
   SquareSums block_squares;       ///< of the complete blocks' means
   SquareSums pass_squares;        ///< of the passes; empty once there are kBlocksForEstimate complete blocks
   std::vector<OpenBlock> open;    ///< ascending by index
-  std::vector<float> largest;     ///< per pixel: largest R + G + B of a pass
-  std::vector<BandSums> bands;    ///< per pixel; empty where the passes have none
+  ZeroedArray<float> largest;     ///< per pixel: largest R + G + B of a pass
+  ZeroedArray<BandSums> bands;    ///< per pixel; empty where the passes have none
 
   Film() = default;
   Film(int w, int h);

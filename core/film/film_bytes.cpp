@@ -26,7 +26,7 @@ class Writer {
     raw(&value, sizeof value);
   }
   template <class T>
-  void array(const std::vector<T>& values) {
+  void array(const ZeroedArray<T>& values) {
     raw(values.data(), values.size() * sizeof(T));
   }
   const Status& status() const { return status_; }
@@ -59,9 +59,9 @@ class Reader {
     return value;
   }
   template <class T>
-  void array(std::vector<T>& values, std::size_t count) {
+  void array(ZeroedArray<T>& values, std::size_t count) {
     if (!has(count, sizeof(T))) return;
-    values.resize(count);
+    values = ZeroedArray<T>(count);
     copy(values.data(), count * sizeof(T));
   }
   bool ok() const { return ok_; }

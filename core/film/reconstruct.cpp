@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/film/rows.h"
+
 namespace photond {
 
 namespace {
@@ -39,19 +41,12 @@ struct BandStatistics {
   BandStatistics operator*(double factor) const { return {energy * factor, variance * factor}; }
 };
 
-// Runs body(y) for all rows.
-template <class Body>
-void for_rows(const Film& film, const Execution& execution, const Body& body) {
-  constexpr std::size_t kGrain = 16;
-  parallel_for({execution.arena, {}}, static_cast<std::size_t>(film.height), kGrain, body);
-}
-
 // Means over a square window, of what of it lies inside the picture. Sums of few summands: a prefix sum would leave
 // the rounding of the brightest pixel everywhere.
-void smooth(std::vector<BandStatistics>& values, const Film& film, int half, const Execution& execution) {
+void smooth(ZeroedArray<BandStatistics>& values, const Film& film, int half, const Execution& execution) {
   const auto width = static_cast<std::size_t>(film.width), height = static_cast<std::size_t>(film.height);
   const auto reach = static_cast<std::size_t>(half);
-  std::vector<BandStatistics> rows(values.size());
+  ZeroedArray<BandStatistics> rows(values.size());
   for_rows(film, execution, [&](std::size_t y) {
     const BandStatistics* from = values.data() + y * width;
     for (std::size_t x = 0; x < width; ++x) {
@@ -87,31 +82,23 @@ glm::dvec3 by_channel(double value, const glm::dvec3& mean) {
 
 Reconstruction reconstruct(const Film& film, const Execution& execution) {
   const std::size_t pixels = film.complete.size();
-  const auto width = static_cast<std::size_t>(film.width);
-  const auto for_pixels = [&](const auto& body) {
-    for_rows(film, execution, [&](std::size_t y) {
-      for (std::size_t i = y * width; i < (y + 1) * width; ++i) body(i);
-    });
-  };
-  Reconstruction picture;
-  picture.mean.resize(pixels);
-  picture.variance.resize(pixels);
-  picture.bias_sq.resize(pixels);
-  for_pixels([&](std::size_t i) { picture.mean[i] = pass_mean(film, i); });
+  Reconstruction picture{ZeroedArray<glm::dvec3>(pixels), ZeroedArray<glm::dvec3>(pixels),
+                         ZeroedArray<glm::dvec3>(pixels)};
+  for_pixels(film, execution, [&](std::size_t i) { picture.mean[i] = pass_mean(film, i); });
   if (film.bands.empty()) return picture;
 
   const double passes = film.pass_count();
-  std::vector<double> share(pixels, 1), variance(pixels, 0);
-  std::vector<glm::dvec3> mean(pixels), left_out(pixels, glm::dvec3(0));
-  std::vector<BandStatistics> local(pixels), bias(pixels);
+  ZeroedArray<double> share(pixels), variance(pixels);
+  ZeroedArray<glm::dvec3> mean(pixels), left_out(pixels);
+  ZeroedArray<BandStatistics> local(pixels), bias(pixels);
   for (int band = 0; band < kBands; ++band) {
-    for_pixels([&](std::size_t i) {
+    for_pixels(film, execution, [&](std::size_t i) {
       mean[i] = band_mean(film.bands[i], band, passes);
       local[i] = {glm::dot(mean[i], mean[i]), film.bands[i].variance[band].value() / (passes * passes)};
     });
     smooth(local, film, kHalfWindow[band], execution);
-    for_pixels([&](std::size_t i) {
-      const double coarser = share[i];
+    for_pixels(film, execution, [&](std::size_t i) {
+      const double coarser = band == 0 ? 1 : share[i];
       if (coarser == 0) return;   // finer bands tell nothing but noise
       const BandStatistics& s = local[i];
       const double wanted = s.energy > 0 ? std::max(0.0, 1 - kNoiseFactor * s.variance / s.energy) : 0;
@@ -124,9 +111,9 @@ Reconstruction reconstruct(const Film& film, const Execution& execution) {
       bias[i].variance += left * (left + kOverlapLeft * (1 - coarser)) * s.variance;
     });
   }
-  for_pixels([&](std::size_t i) { bias[i].energy = glm::dot(left_out[i], left_out[i]); });
+  for_pixels(film, execution, [&](std::size_t i) { bias[i].energy = glm::dot(left_out[i], left_out[i]); });
   smooth(bias, film, kHalfBiasWindow, execution);
-  for_pixels([&](std::size_t i) {
+  for_pixels(film, execution, [&](std::size_t i) {
     picture.variance[i] = by_channel(variance[i], picture.mean[i]);
     picture.bias_sq[i] = by_channel(bias[i].energy - bias[i].variance, picture.mean[i]);
   });
@@ -136,7 +123,7 @@ Reconstruction reconstruct(const Film& film, const Execution& execution) {
 Image film_picture(const Film& film, const Execution& execution) {
   Image image(film.width, film.height);
   const Reconstruction picture = reconstruct(film, execution);
-  for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = Rgb(picture.mean[i]);
+  for_pixels(film, execution, [&](std::size_t i) { image.pixels[i] = Rgb(picture.mean[i]); });
   return image;
 }
 

@@ -51,7 +51,9 @@ class CountingMaps {
   std::shared_ptr<const PhotonMaps> last_;
 };
 
-MeasuredPass measure(const Film& film, Progress progress, const Image* reference, const Execution& execution) {
+/// What is done is measured whole even after an interrupt.
+MeasuredPass measure(const Film& film, Progress progress, const Image* reference, const Execution& interruptible) {
+  const Execution execution{interruptible.arena, {}};
   progress.error = estimate_error(film, execution);
   if (reference == nullptr) return {progress, {}};
   return {progress, compare_images(film_picture(film, execution), *reference)->rel_mse};

@@ -24,7 +24,7 @@ constexpr double kPilotSecondsForError = 3;
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 template <class T>
-std::uint64_t bytes_of(const std::vector<T>& values) {
+std::uint64_t bytes_of(const ZeroedArray<T>& values) {
   return values.size() * sizeof(T);
 }
 
@@ -130,7 +130,7 @@ class Pilot {
     const Clock::time_point measuring = Clock::now();
     error_ = estimate_error(film_, execution_);
     error_seconds_ += since(measuring);
-    return Done{};
+    return execution_.cancelled() ? Status(cancelled()) : Done{};
   }
 
   const JobSpec& spec_;

@@ -207,14 +207,16 @@ Status RunJob::render_next_pass() {
   if (execution_.cancelled()) return cancelled();
   add_pass(film_, film_.pass_count(), *pass, execution_);
   ++parts_.passes;
-  if (is_measured(film_.pass_count()) && !cancel_.stop_requested()) measure();
+  if (is_measured(film_.pass_count())) measure();
   compute_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
   return Done{};
 }
 
 void RunJob::measure() {
   if (measured_passes_ == film_.pass_count()) return;
-  error_ = estimate_error(film_, execution_);
+  const ErrorEstimate error = estimate_error(film_, until_cancelled());
+  if (cancel_.stop_requested()) return;
+  error_ = error;
   measured_passes_ = film_.pass_count();
 }
 
@@ -236,15 +238,13 @@ Status RunJob::finish() {
 
 Status RunJob::publish(bool result) {
   const std::uint32_t revision = job_->record().revision + 1;
-  if (cancel_.stop_requested()) return cancelled();
   measure();
-  const bool with_error = result || (error_.known && is_recent(job_->error_looked_at()));
-  if (cancel_.stop_requested()) return cancelled();
-  Image picture = film_picture(film_, execution_);
+  Image picture = film_picture(film_, until_cancelled());
   picture.note = note_of(task_->plan);
+  std::optional<ErrorLayers> layers;
+  if (result || (error_.known && is_recent(job_->error_looked_at()))) layers = error_layers(film_, until_cancelled());
   if (cancel_.stop_requested()) return cancelled();
-  job_->frames.publish(revision, std::move(picture),
-                       with_error ? std::optional(error_layers(film_, execution_)) : std::nullopt);
+  job_->frames.publish(revision, std::move(picture), std::move(layers));
   told_ = wall_seconds();
   const Status told = job_->note(EventKind::frame, [&](JobRecord& record) {
     put_numbers(record);

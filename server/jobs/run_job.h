@@ -94,6 +94,8 @@ class RunJob : public Slices {
   bool stop_rule_met() const;
   bool is_recent(Clock::time_point look) const { return Clock::now() - look < parts_.watch_time; }
   Progress progress() const;
+  /// For what a pause or the end of the service does not interrupt: it tells what the job stops by, or what is shown.
+  Execution until_cancelled() const { return {execution_.arena, cancel_.get_token()}; }
   void put_numbers(JobRecord& record) const;
   double wall_seconds() const;
 
