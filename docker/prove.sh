@@ -43,7 +43,7 @@ from() {
   [[ $base != debian:* ]] || base=base
   if [[ ! -d $work/$stage ]]; then
     say "stage $stage from $base"
-    cp -a "$work/$base" "$work/$stage.new"
+    cp -ax "$work/$base" "$work/$stage.new"  # not the /proc that is mounted there
     mv "$work/$stage.new" "$work/$stage"
     : >"$done_steps"
     [[ $base == base ]] || printf '%s' "$(cat "$work/$base.folder")" >"$work/$stage.folder"
