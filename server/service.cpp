@@ -146,6 +146,8 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
     if (!loaded) return loaded.error();
     files = std::move(*loaded);
   }
+  // Now, and not while somebody waits for the first picture.
+  if (const Result<Digest>& program = running_program(); !program) return program.error();
   Result<Contract> contract = Contract::read(kOpenApiText);
   if (!contract) return contract.error();
   Result<Stored> stored = Stored::open(options);

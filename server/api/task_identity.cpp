@@ -1,13 +1,9 @@
 #include "server/api/task_identity.h"
 
-#include "core/base/digest.h"
 #include "server/store/file.h"
 
 namespace photond {
 
-namespace {
-
-/// Of the file that runs, which does not change: read once.
 const Result<Digest>& running_program() {
   static const Result<Digest> digest = []() -> Result<Digest> {
     const auto program = read_whole("/proc/self/exe");
@@ -16,6 +12,8 @@ const Result<Digest>& running_program() {
   }();
   return digest;
 }
+
+namespace {
 
 Json camera_json(const Camera& camera) {
   const auto& [name, to_world, orthographic, yfov, ymag] = camera;  // all members: none can be forgotten
@@ -54,7 +52,7 @@ Json settings_json(const RenderTask& task) {
 }
 
 Result<Json> task_identity(const RenderTask& task) {
-  const Result<Digest> program = running_program();
+  const Result<Digest>& program = running_program();
   if (!program) return program.error();
   return Json{{"build", {{"photond", PHOTOND_VERSION}, {"program", to_hex(*program)}}},
               {"scene", to_hex(task.scene->digest)},

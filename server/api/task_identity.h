@@ -2,10 +2,15 @@
 
 #include <string>
 
+#include "core/base/digest.h"
+#include "core/base/result.h"
 #include "core/render/render.h"
 #include "server/api/json.h"
 
 namespace photond {
+
+/// Of the file that runs, which does not change: read when it is asked for first (10 ms). Errors: those of reading it.
+const Result<Digest>& running_program();
 
 /// What determines a picture, as JSON: build, scene, camera, settings and the plan's decisions. The build is the digest
 /// of the running program, since another one may round differently. Errors: those of reading the program's file.
