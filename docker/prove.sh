@@ -46,6 +46,7 @@ from() {
     cp -ax "$work/$base" "$work/$stage.new"  # not the /proc that is mounted there
     mv "$work/$stage.new" "$work/$stage"
     : >"$done_steps"
+    rm -f "$work/$stage.folder"
     [[ $base == base ]] || printf '%s' "$(cat "$work/$base.folder")" >"$work/$stage.folder"
   fi
   [[ ! -f $work/$stage.folder ]] || folder=$(cat "$work/$stage.folder")
