@@ -72,8 +72,9 @@ Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format, Fr
                  "revision " + std::to_string(revision) + " was kept without its error; the next one comes with it", ""};
   }
   const std::lock_guard lock(frame->encoding);
-  Bytes& bytes = frame->encoded[static_cast<std::size_t>(layer)][static_cast<std::size_t>(format)];
+  Bytes& bytes = frame->bytes(format, layer);
   if (!bytes) {
+    if (frame->closed[static_cast<std::size_t>(format)]) return not_kept(revision);
     Result<Bytes> encoded = shared(layer == FrameLayer::radiance ? encode_frame(frame->image, frame->error, format, stop)
                                                                  : encode_layer(part(*frame->error, layer), format));
     if (!encoded) return encoded.error();
@@ -87,16 +88,25 @@ bool Frames::has_error(std::uint32_t revision) const {
   return frame && frame->error;
 }
 
-Frames::Bytes Frames::encoded(std::uint32_t revision, FrameFormat format) const {
+Result<Frames::Bytes> Frames::quick_exr(std::uint32_t revision) const {
+  const std::shared_ptr<Frame> frame = find(revision);
+  if (!frame) return not_kept(revision);
+  const std::lock_guard lock(frame->encoding);
+  Bytes& bytes = frame->bytes(FrameFormat::exr);
+  if (!bytes) {
+    Result<Bytes> encoded = shared(encode(frame->image, ImageFormat::exr_half_raw));
+    if (!encoded) return encoded.error();
+    bytes = std::move(*encoded);
+  }
+  return bytes;
+}
+
+Frames::Bytes Frames::close(std::uint32_t revision, FrameFormat format) {
   const std::shared_ptr<Frame> frame = find(revision);
   if (!frame) return nullptr;
   const std::lock_guard lock(frame->encoding);
-  return frame->encoded[static_cast<std::size_t>(FrameLayer::radiance)][static_cast<std::size_t>(format)];
-}
-
-Result<Frames::Bytes> Frames::raw_exr(std::uint32_t revision) const {
-  const std::shared_ptr<Frame> frame = find(revision);
-  return frame ? shared(encode(frame->image, ImageFormat::exr_half_raw)) : not_kept(revision);
+  frame->closed[static_cast<std::size_t>(format)] = true;
+  return frame->bytes(format);
 }
 
 void Frames::clear() {

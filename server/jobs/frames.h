@@ -41,10 +41,11 @@ class Frames {
   bool has_error(std::uint32_t revision) const;
   /// Whether any picture was ever asked for.
   bool asked() const { return asked_; }
-  /// What `get` has made already; null where it has not.
-  Bytes encoded(std::uint32_t revision, FrameFormat format) const;
-  /// The picture as EXR that is large but takes little time to make. Errors: as get.
-  Result<Bytes> raw_exr(std::uint32_t revision) const;
+  /// The picture as EXR: what `get` has made already, else one that is large but takes little time to make; from now on
+  /// `get` answers the same. Errors: as get.
+  Result<Bytes> quick_exr(std::uint32_t revision) const;
+  /// What `get` has made already, null where it has not; from now on it makes none of this format: not_found.
+  Bytes close(std::uint32_t revision, FrameFormat format);
   void clear();
 
  private:
@@ -54,6 +55,11 @@ class Frames {
     std::optional<ErrorLayers> error;
     std::mutex encoding;  ///< one encoder per picture at a time
     std::array<std::array<Bytes, kFrameFormats>, kFrameLayers> encoded;
+    std::array<bool, kFrameFormats> closed{};
+
+    Bytes& bytes(FrameFormat format, FrameLayer layer = FrameLayer::radiance) {
+      return encoded[static_cast<std::size_t>(layer)][static_cast<std::size_t>(format)];
+    }
   };
   std::shared_ptr<Frame> find(std::uint32_t revision) const;
 

@@ -276,14 +276,16 @@ Status RunJob::keep_picture(const std::stop_token& stop) {
 /// the rest of it if they ask again. Nothing is compressed: whoever cancels wants the processor for something else.
 Status RunJob::keep_seen_picture() {
   const std::uint32_t revision = job_->record().revision;
-  for (int i = 0; i < kFrameFormats && job_->frames.asked(); ++i) {
-    const auto format = static_cast<FrameFormat>(i);
-    Frames::Bytes bytes = job_->frames.encoded(revision, format);
-    if (!bytes && format == FrameFormat::exr) {
-      if (const auto raw = job_->frames.raw_exr(revision)) bytes = *raw;
+  if (job_->frames.asked()) {
+    const Result<Frames::Bytes> exr = job_->frames.quick_exr(revision);
+    if (!exr && exr.error().code == ErrorCode::not_found) return Done{};  // none yet, or on the disk already
+    if (!exr) return exr.error();
+    if (const Status kept = parts_.files.put_frame(job_->id, revision, FrameFormat::exr, **exr); !kept) return kept;
+    for (const FrameFormat format : {FrameFormat::png, FrameFormat::jpg}) {
+      const Frames::Bytes bytes = job_->frames.close(revision, format);
+      if (!bytes) continue;
+      if (const Status kept = parts_.files.put_frame(job_->id, revision, format, *bytes); !kept) return kept;
     }
-    if (!bytes) continue;
-    if (const Status kept = parts_.files.put_frame(job_->id, revision, format, *bytes); !kept) return kept;
   }
   job_->frames.clear();
   return Done{};

@@ -122,6 +122,21 @@ TEST_F(CanceledPictureTest, IsThereInEveryFormatWhereSomebodyHas) {
   EXPECT_EQ(pixels(get(port_, latest + "exr").body).size(), 320u * 240u);
 }
 
+TEST(FramesOfAnEndedJob, ChangeNoBytesThatSomebodyHas) {
+  Frames frames;
+  frames.publish(1, Image(64, 64), std::nullopt);
+  const auto jpg = frames.get(1, FrameFormat::jpg);
+  const auto quick = frames.quick_exr(1);
+  ASSERT_TRUE(jpg && quick);
+  EXPECT_EQ(*frames.get(1, FrameFormat::exr), *quick) << "one EXR, whoever asks first";
+  EXPECT_EQ(frames.close(1, FrameFormat::jpg), *jpg);
+  EXPECT_EQ(*frames.get(1, FrameFormat::jpg), *jpg);
+  EXPECT_EQ(frames.close(1, FrameFormat::png), nullptr);
+  const auto png = frames.get(1, FrameFormat::png);
+  ASSERT_FALSE(png) << "it would differ from what is made of the EXR later";
+  EXPECT_EQ(png.error().code, ErrorCode::not_found);
+}
+
 TEST(FramesLayers, ShowAnErrorThreeStopsBrighter) {
   Frames frames;
   Image grey(2, 1);
