@@ -111,18 +111,28 @@ void set_environment(Scene& scene, Environment environment) {
   scene.warnings.insert(scene.warnings.end(), warnings.begin(), warnings.end());
 }
 
-Bounds3 world_bounds(const Scene& scene) {
+std::vector<Bounds3> instance_bounds(const Scene& scene) {
   std::vector<Bounds3> objects;
   for (const Mesh& mesh : scene.meshes) objects.push_back(object_bounds(mesh));
-  Bounds3 world;
-  for (const Instance& instance : scene.instances) {
+  std::vector<Bounds3> bounds(scene.instances.size());
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    const Instance& instance = scene.instances[i];
     const Bounds3& object = objects[instance.mesh];
     if (object.empty()) continue;
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3 p(corner & 1 ? object.max.x : object.min.x, corner & 2 ? object.max.y : object.min.y,
                    corner & 4 ? object.max.z : object.min.z);
-      world.add(transform_point(instance.to_world, p));
+      bounds[i].add(transform_point(instance.to_world, p));
     }
+  }
+  return bounds;
+}
+
+Bounds3 world_bounds(const Scene& scene) {
+  Bounds3 world;
+  for (const Bounds3& bounds : instance_bounds(scene)) {
+    world.min = glm::min(world.min, bounds.min);
+    world.max = glm::max(world.max, bounds.max);
   }
   return world;
 }

@@ -93,6 +93,9 @@ inline constexpr const char* kNoLightWarning = "the file has no light: a uniform
 /// Replaces the scene's environment, an assumed one with its warning, too; the map's own warnings come in.
 void set_environment(Scene& scene, Environment environment);
 
+/// Bounds of each instance in the world; empty where its mesh is.
+std::vector<Bounds3> instance_bounds(const Scene& scene);
+
 /// Bounds of all instances in the world.
 Bounds3 world_bounds(const Scene& scene);
 

@@ -14,6 +14,7 @@
 
 #include "core/math/rng.h"
 #include "core/scene/texture.h"
+#include "core/trace/overlap.h"
 
 namespace photond {
 
@@ -71,6 +72,14 @@ void reject_transparent(const RTCFilterFunctionNArguments* args) {
     const bool shown = alpha.material->alpha_mode == AlphaMode::mask ? value >= threshold : value > threshold;
     if (!shown) args->valid[i] = 0;
   }
+}
+
+// For low quality Embree builds a tree for each mesh and one above them, which keeps walls apart from what stands before
+// them: rays are traced 1.1 to 1.5 times as fast as with one tree for all triangles, but as slow as .4 times where
+// meshes lie among one another.
+RTCBuildQuality build_quality(const Scene& scene) {
+  static constexpr float kApart = 0.25f;   // measured: .17 is faster still, .4 is not
+  return overlap(scene) <= kApart ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM;
 }
 
 bool is_identity(const Affine& m) { return m == Affine(1); }
@@ -257,6 +266,7 @@ Result<Accel> Accel::build(const Scene& scene) {
   state.alpha_meshes.reserve(scene.meshes.size());  // geometries point into it
   state.top.reset(rtcNewScene(state.device.get()));
   rtcSetSceneFlags(state.top.get(), RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(state.top.get(), build_quality(scene));
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     state.add_instance(scene, i, uses[scene.instances[i].mesh] > 1);
   }

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "core/scene/scene.h"
+
+namespace photond {
+
+/// How much instances are in one another's way: the mean number of pairs whose bounding boxes overlap where a random
+/// line through the scene passes. 0 for objects that lie apart, and for those of a few triangles; infinite where there
+/// are too many instances to look at each pair.
+float overlap(const Scene& scene);
+
+}  // namespace photond
