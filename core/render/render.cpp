@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/photon/radius.h"
+#include "core/render/film_rays.h"
 #include "core/render/pilot.h"
 
 namespace photond {
@@ -140,7 +141,6 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
   const RadianceSettings settings = radiance_settings(task, pass, pass_maps.get());
   const int width = task.settings.width;
   const int height = task.settings.height;
-  const float aspect = static_cast<float>(width) / static_cast<float>(height);
   PassImage image{.radiance = Image(width, height)};
   if (settings.technique == Technique::density || settings.technique == Technique::merge) image.bands.resize(image.radiance.pixels.size());
   std::atomic<std::uint64_t> truncated{0};
@@ -151,14 +151,8 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
     std::array<Ray, kSamplesTogether> rays;
     std::array<CameraSampler, kSamplesTogether> samplers;
     std::array<RadianceSample, kSamplesTogether> samples{};
-    for (std::size_t i = 0; i < count; ++i) {
-      samplers[i] = CameraSampler(task.settings.seed, pass, first + i);
-      const Vec2 jitter = samplers[i].next2();
-      const auto x = static_cast<float>((first + i) % static_cast<std::size_t>(width));
-      const auto y = static_cast<float>((first + i) / static_cast<std::size_t>(width));
-      const Vec2 film{(x + jitter.x) / static_cast<float>(width), (y + jitter.y) / static_cast<float>(height)};
-      rays[i] = camera_ray(task.camera, film, aspect);
-    }
+    film_rays(task.camera, {width, height, task.settings.seed, pass, first}, std::span(rays).first(count),
+              std::span(samplers).first(count));
     estimate_incoming(*task.scene, settings, std::span(rays).first(count), std::span(samplers).first(count),
                       std::span(samples).first(count));
     for (std::size_t i = 0; i < count; ++i) {

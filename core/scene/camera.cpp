@@ -13,15 +13,17 @@ Camera look_at(const Vec3& eye, const Vec3& target, const Vec3& up, float yfov) 
   return camera;
 }
 
-Ray camera_ray(const Camera& camera, const Vec2& film, float aspect) {
-  const Vec2 ndc{(2 * film.x - 1) * aspect, 1 - 2 * film.y};
-  if (camera.orthographic) {
-    const Vec3 origin{ndc * camera.ymag, 0};
-    return {transform_point(camera.to_world, origin), -camera.to_world[2]};
-  }
-  const Vec3 direction{ndc * std::tan(0.5f * camera.yfov), -1};
-  return {camera.to_world[3], glm::normalize(transform_vector(camera.to_world, direction))};
+View::View(const Camera& camera, float aspect) : origin_(camera.to_world[3]), direction_(-camera.to_world[2]) {
+  const float high = camera.orthographic ? camera.ymag : std::tan(0.5f * camera.yfov);
+  const Vec3 right = high * aspect * camera.to_world[0];
+  const Vec3 up = high * camera.to_world[1];
+  Vec3& top_left = camera.orthographic ? origin_ : direction_;
+  top_left += up - right;
+  (camera.orthographic ? origin_x_ : direction_x_) = 2.0f * right;
+  (camera.orthographic ? origin_y_ : direction_y_) = -2.0f * up;
 }
+
+Ray camera_ray(const Camera& camera, const Vec2& film, float aspect) { return View(camera, aspect).ray(film); }
 
 float pixel_spread(const Camera& camera, int film_height) {
   const float height = static_cast<float>(film_height);
