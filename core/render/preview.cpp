@@ -9,7 +9,7 @@ namespace photond {
 
 namespace {
 
-constexpr int kPixels = 56 * 56;
+constexpr int kPixels = 44 * 44;
 // A pass of fewer pixels than this is hardly longer than its preview.
 constexpr int kWorthwhile = 16'384;
 
