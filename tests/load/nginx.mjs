@@ -153,10 +153,10 @@ async function slow_loris({ port, figures }) {
   figures.exactly('nginx: of 200 health requests under 500 slow-loris clients served', times.length, 200);
   figures.note('nginx: their p99, a TLS handshake each', `${quantile(times, 0.99).toFixed(1)} ms`);
   await sleep(8000);
-  const left = (heads) => crowd.filter((socket, i) => (i % 2 === 0) !== heads && !socket.destroyed).length;
-  figures.exactly('nginx: of them still sending a head after 15 s', left(false), 0);
+  const left = (heads) => crowd.filter((socket, i) => (i % 2 === 1) === heads && !socket.destroyed).length;
+  figures.exactly('nginx: of them still sending a head after 15 s', left(true), 0);
   // nginx limits the time between two reads of a body, not the whole; they count as connections of their address.
-  figures.note('nginx: of them still sending a body', left(true));
+  figures.note('nginx: of them still sending a body', left(false));
   crowd.forEach((socket) => socket.destroy());
 }
 
