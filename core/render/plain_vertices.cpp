@@ -19,7 +19,7 @@ void PlainVertices::shade(const PreparedScene& scene, std::uint32_t count) {
 void PlainVertices::find_points(std::uint32_t count) {
   const std::uint32_t end = whole_vectors(count);
   for (std::uint32_t i = 0; i < end; ++i) {
-    const FlatPoint p = flat_point(a[i], b[i], c[i], u[i], v[i], direction[i]);
+    const FlatPoint p = at.point(i, direction[i]);
     position_.set(i, p.position);
     ng_.set(i, p.ng);
     extent_[i] = p.extent;

@@ -2,6 +2,7 @@
 
 #include "core/render/camera_path.h"
 #include "core/render/camera_sampler.h"
+#include "core/trace/flat_point.h"
 
 namespace photond {
 
@@ -9,8 +10,7 @@ namespace photond {
 /// lights, weighted against going on, and how they go on. What a path tracer does there, for several at a time.
 struct alignas(64) PlainVertices {
   // What comes in.
-  Vec3Lanes a, b, c;                 ///< the triangles
-  float u[kLanes], v[kLanes];        ///< where on them, as in Hit
+  TriangleLanes at;
   Vec3Lanes albedo;
   Vec3Lanes direction, throughput;   ///< of the paths
   float compression[kLanes];
@@ -26,12 +26,7 @@ struct alignas(64) PlainVertices {
 
   /// Fills lane k.
   void set(std::uint32_t k, const PlacedMesh& mesh, const Hit& hit, const CameraPath& path, CameraSampler& sampler) {
-    const glm::uvec3& triangle = mesh.triangles[hit.triangle];
-    a.set(k, mesh.vertices[triangle.x].position);
-    b.set(k, mesh.vertices[triangle.y].position);
-    c.set(k, mesh.vertices[triangle.z].position);
-    u[k] = hit.u;
-    v[k] = hit.v;
+    at.set(k, mesh, hit);
     albedo.set(k, mesh.albedo);
     direction.set(k, path.ray.direction);
     throughput.set(k, path.throughput);

@@ -12,7 +12,7 @@ void PlainBounces::scatter(std::uint32_t count) {
   const std::uint32_t end = whole_vectors(count);
   for (std::uint32_t i = 0; i < end; ++i) {
     const Vec3 in = direction[i];
-    const FlatPoint p = flat_point(a[i], b[i], c[i], u[i], v[i], in);
+    const FlatPoint p = at.point(i, in);
     const Vec3 local = square_to_cosine_hemisphere({random[0][i], random[1][i]});
     const Rgb reflected = flux[i] * albedo[i];
     const float survival = survival_probability(max_component(reflected) / max_component(flux[i]), depth[i]);

@@ -4,16 +4,14 @@
 
 #include "core/math/lanes.h"
 #include "core/math/rng.h"
-#include "core/trace/accel.h"
-#include "core/trace/placed_mesh.h"
+#include "core/trace/flat_point.h"
 
 namespace photond {
 
 /// Photons that meet plain surfaces, and how they leave.
 struct alignas(64) PlainBounces {
   // What comes in.
-  Vec3Lanes a, b, c;             ///< the triangles
-  float u[kLanes], v[kLanes];            ///< where on them, as in Hit
+  TriangleLanes at;
   Vec3Lanes albedo;
   Vec3Lanes direction;           ///< of the photon
   Vec3Lanes flux;
@@ -32,12 +30,7 @@ struct alignas(64) PlainBounces {
   /// Fills lane k.
   void set(std::uint32_t k, const PlacedMesh& mesh, const Hit& hit, const Vec3& in, const Rgb& power,
            std::uint32_t bounces, Rng& rng) {
-    const glm::uvec3& triangle = mesh.triangles[hit.triangle];
-    a.set(k, mesh.vertices[triangle.x].position);
-    b.set(k, mesh.vertices[triangle.y].position);
-    c.set(k, mesh.vertices[triangle.z].position);
-    u[k] = hit.u;
-    v[k] = hit.v;
+    at.set(k, mesh, hit);
     albedo.set(k, mesh.albedo);
     direction.set(k, in);
     flux.set(k, power);

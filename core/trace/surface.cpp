@@ -128,8 +128,8 @@ void SurfaceLanes::compute(std::uint32_t count) {
   const std::uint32_t end = whole_vectors(count);
   for (std::uint32_t i = 0; i < end; ++i) {
     const Vec3 in = direction[i];
-    const FlatPoint p = flat_point(a[i], b[i], c[i], u[i], v[i], in);
-    const Vec3 n = (1 - u[i] - v[i]) * na[i] + u[i] * nb[i] + v[i] * nc[i];
+    const FlatPoint p = at.point(i, in);
+    const Vec3 n = (1 - at.u[i] - at.v[i]) * na[i] + at.u[i] * nb[i] + at.v[i] * nc[i];
     position.set(i, p.position);
     extent[i] = p.extent;
     side[i] = p.side;

@@ -7,6 +7,7 @@
 #include "core/math/lanes.h"
 #include "core/scene/scene.h"
 #include "core/trace/accel.h"
+#include "core/trace/flat_point.h"
 #include "core/trace/placed_mesh.h"
 
 namespace photond {
@@ -36,38 +37,6 @@ struct TriangleVertices {
 };
 TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, std::uint32_t triangle);
 
-/// What the triangle alone says of a point on it.
-struct FlatPoint {
-  Vec3 position;
-  Vec3 ng;                    ///< as in SurfacePoint
-  float extent;
-  float side;                 ///< 1 where the ray came from the front, else −1
-};
-
-inline float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
-
-/// Unit normal of a triangle with edges ab, ac, whatever their length; z where the triangle is degenerate.
-[[gnu::always_inline]] inline Vec3 unit_normal(const Vec3& ab, const Vec3& ac) {
-  // Scaled to about 1: the squares would underflow for triangles of a micrometre.
-  const float scale = 1 / std::max(std::max(max_abs(ab), max_abs(ac)), std::numeric_limits<float>::min());
-  const Vec3 n = glm::cross(ab * scale, ac * scale);
-  const float length_sq = glm::dot(n, n);
-  const float inverse = 1 / std::sqrt(length_sq);
-  return length_sq > 0 ? n * inverse : Vec3(0, 0, 1);
-}
-
-/// The point a + u·ab + v·ac of a triangle met from `direction`.
-[[gnu::always_inline]] inline FlatPoint flat_point(const Vec3& a, const Vec3& b, const Vec3& c, float u, float v,
-                                                   const Vec3& direction) {
-  FlatPoint p;
-  p.position = (1 - u - v) * a + u * b + v * c;
-  p.extent = max_component(glm::max(glm::max(glm::abs(a), glm::abs(b)), glm::abs(c)));
-  const Vec3 normal = unit_normal(b - a, c - a);
-  p.side = std::copysign(1.0f, -glm::dot(normal, direction));  // from which side a ray comes no branch can predict
-  p.ng = p.side * normal;
-  return p;
-}
-
 /// The unit shading normal for an interpolated normal of any length on the side of `ng`. The viewing direction stays
 /// above its horizon, so that no lobe is evaluated from below; without an interpolated normal it is `ng`.
 [[gnu::always_inline]] inline Vec3 shading_normal(const Vec3& interpolated, const Vec3& ng, const Vec3& wo) {
@@ -86,9 +55,8 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
 /// Surfaces without normal texture in meshes that are not moved, met by several rays.
 struct alignas(64) SurfaceLanes {
   // What comes in.
-  Vec3Lanes a, b, c;             ///< the triangles
-  Vec3Lanes na, nb, nc;          ///< their vertices' normals
-  float u[kLanes], v[kLanes];    ///< where on them, as in Hit
+  TriangleLanes at;
+  Vec3Lanes na, nb, nc;          ///< normals of the triangles' vertices
   Vec3Lanes direction;           ///< of the rays
 
   // What goes out, as in SurfacePoint.
@@ -98,15 +66,11 @@ struct alignas(64) SurfaceLanes {
 
   /// Fills lane k.
   void set(std::uint32_t k, const PlacedMesh& mesh, const Hit& hit, const Vec3& in) {
+    at.set(k, mesh, hit);
     const glm::uvec3& triangle = mesh.triangles[hit.triangle];
-    a.set(k, mesh.vertices[triangle.x].position);
-    b.set(k, mesh.vertices[triangle.y].position);
-    c.set(k, mesh.vertices[triangle.z].position);
     na.set(k, mesh.vertices[triangle.x].normal);
     nb.set(k, mesh.vertices[triangle.y].normal);
     nc.set(k, mesh.vertices[triangle.z].normal);
-    u[k] = hit.u;
-    v[k] = hit.v;
     direction.set(k, in);
   }
   /// Computes the first `count`.
