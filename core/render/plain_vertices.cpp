@@ -29,11 +29,7 @@ void PlainVertices::find_points(std::uint32_t count) {
 void PlainVertices::sample_lights(const PreparedScene& scene, std::uint32_t count) {
   direct_.point = position_;
   std::uint32_t others[kLanes];
-  std::uint32_t other_count = 0;
-  for (std::uint32_t k = 0; k < count; ++k) {
-    others[other_count] = k;
-    other_count += !scene.lights.begin_direct(scene.scene, choice_[k], k, direct_);
-  }
+  const std::uint32_t other_count = scene.lights.begin_direct(scene.scene, count, choice_, direct_, others);
   direct_.sample(count);
   for (std::uint32_t i = 0; i < other_count; ++i) {
     const std::uint32_t k = others[i];

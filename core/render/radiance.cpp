@@ -118,7 +118,7 @@ class RadianceWalks {
     plain_.shade(scene_, count);
     for (std::uint32_t i = 0; i < count; ++i) {
       Walk& walk = walks_[plain_walks_[i]];
-      if (!is_black(plain_.light[i])) shadows_.add(walk.sample, plain_.shadow.ray(i), plain_.light[i]);
+      shadows_.add(walk.sample, plain_.shadow.ray(i), plain_.light[i]);
       walk.path.ray.origin = plain_.origin[i];
       walk.path.ray.direction = plain_.next_direction[i];
       walk.path.throughput = plain_.next_throughput[i];

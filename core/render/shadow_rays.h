@@ -14,13 +14,14 @@ class ShadowRays {
   /// From now on light belongs to these samples.
   void begin(std::span<RadianceSample> samples) { samples_ = samples; }
 
-  /// Adds `light` to the radiance of one of the samples, now or when `trace` is called, unless anything lies along the
-  /// ray.
+  /// Adds `light` to the radiance of one of the samples, now or when `trace` is called, unless it is black or anything lies
+  /// along the ray.
   void add(std::uint32_t sample, const Ray& ray, const Rgb& light) {
     rays_.set(size_, ray);
     light_[size_] = light;
     sample_[size_] = sample;
-    if (++size_ == kLanes) trace();
+    size_ += !is_black(light);   // which no branch could predict
+    if (size_ == kLanes) trace();
   }
 
   void trace() {

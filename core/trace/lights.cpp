@@ -256,21 +256,28 @@ DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const 
   return sample;
 }
 
-bool Lights::begin_direct(const Scene& scene, float u, std::uint32_t k, DirectLanes& lanes) const {
-  const std::uint32_t light = choice_.sample(u);
-  if (light >= emitters_.size()) return false;
-  const EmitterTriangle& emitter = emitters_[light];
-  const Material& material = scene.materials[emitter.material];
-  if (material.emission_texture.used()) return false;
-  lanes.origin.set(k, emitter.origin);
-  lanes.ab.set(k, emitter.ab);
-  lanes.ac.set(k, emitter.ac);
-  lanes.normal.set(k, emitter.normal);
-  lanes.emission.set(k, material.emission);
-  lanes.area[k] = emitter.area / choice_.pdf(light);
-  lanes.extent[k] = emitter.extent;
-  lanes.back[k] = material.double_sided ? 1 : 0;
-  return true;
+std::uint32_t Lights::begin_direct(const Scene& scene, std::uint32_t count, const float (&u)[kLanes],
+                                   DirectLanes& lanes, std::uint32_t (&others)[kLanes]) const {
+  std::uint32_t other_count = 0;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const std::uint32_t light = choice_.sample(u[k]);
+    const EmitterTriangle* emitter = light < emitters_.size() ? &emitters_[light] : nullptr;
+    const Material* material = emitter != nullptr ? &scene.materials[emitter->material] : nullptr;
+    if (material == nullptr || material->emission_texture.used()) {
+      others[other_count++] = k;
+      continue;
+    }
+    lanes.origin.set(k, emitter->origin);
+    lanes.ab.set(k, emitter->ab);
+    lanes.ac.set(k, emitter->ac);
+    lanes.normal.set(k, emitter->normal);
+    lanes.emission.set(k, material->emission);
+    lanes.area[k] = emitter->area;
+    lanes.probability[k] = choice_.pdf(light);
+    lanes.extent[k] = emitter->extent;
+    lanes.back[k] = material->double_sided ? 1 : 0;
+  }
+  return other_count;
 }
 
 void DirectLanes::sample(std::uint32_t count) {
@@ -282,7 +289,7 @@ void DirectLanes::sample(std::uint32_t count) {
     const float distance_sq = glm::dot(to_light, to_light);
     const Vec3 direction = to_light * (1 / std::sqrt(distance_sq));
     const float cosine = -glm::dot(normal[i], direction);
-    const float facing = std::abs(cosine) * area[i];
+    const float facing = std::abs(cosine) * (area[i] / probability[i]);
     const float shines = choose(cosine > 0, 1, back[i]);
     // Where the light is seen edge-on, or from itself, there is none.
     const bool seen = (distance_sq > 0) & (facing > 0);

@@ -64,7 +64,7 @@ struct alignas(64) DirectLanes {
   float random[2][kLanes];
   Vec3Lanes origin, ab, ac, normal;  ///< the triangles
   Vec3Lanes emission;
-  float area[kLanes];            ///< over the probability of the choice
+  float area[kLanes], probability[kLanes];   ///< of the triangle, and of its choice
   float extent[kLanes];
   float back[kLanes];            ///< 1 where both sides shine, else 0
 
@@ -121,9 +121,11 @@ class Lights {
   /// A direction towards a light from `point`; black radiance where the light does not shine there. Visibility is
   /// not tested.
   DirectSample sample_direct(const Scene& scene, const Vec3& point, const Vec3& u) const;
-  /// Fills lane k of what comes into `lanes`, but for the point and two of three random numbers, of which `u` is the last;
-  /// false, and nothing happens, unless the light that is chosen is a triangle of one colour.
-  bool begin_direct(const Scene& scene, float u, std::uint32_t k, DirectLanes& lanes) const;
+  /// The same in lanes: fills what comes into the first `count`, but for the points and two of three random numbers, of
+  /// which `u` is the last. Returns how many lanes are left out, since the light that is chosen is no triangle of one
+  /// colour, and which ones.
+  std::uint32_t begin_direct(const Scene& scene, std::uint32_t count, const float (&u)[kLanes], DirectLanes& lanes,
+                             std::uint32_t (&others)[kLanes]) const;
   /// Density per solid angle with which `sample_direct` finds the emitter surface `s` from the origin of the ray of a
   /// unit direction that meets it after `distance`.
   float pdf_direct(const SurfacePoint& s, const Vec3& direction, float distance) const;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -88,19 +89,21 @@ TEST(DirectLanes, SampleWhatLightsSampleOneByOne) {
   DirectLanes lanes{};
   Rng rng(1, RngPurpose::pilot, 0, 0);
   std::array<Vec3, kLanes> random;
-  std::array<bool, kLanes> triangle;
+  float last[kLanes];
   for (std::uint32_t k = 0; k < kLanes; ++k) {
     const Vec2 u = rng.next2();
     random[k] = {u, rng.next()};
     lanes.point.set(k, point);
     lanes.random[0][k] = u.x;
     lanes.random[1][k] = u.y;
-    triangle[k] = scene->lights.begin_direct(scene->scene, random[k].z, k, lanes);
+    last[k] = random[k].z;
   }
+  std::uint32_t others[kLanes];
+  const std::uint32_t other_count = scene->lights.begin_direct(scene->scene, kLanes, last, lanes, others);
   lanes.sample(kLanes);
   int triangles = 0;
   for (std::uint32_t k = 0; k < kLanes; ++k) {
-    if (!triangle[k]) continue;
+    if (std::count(others, others + other_count, k) > 0) continue;
     ++triangles;
     const DirectSample one = scene->lights.sample_direct(scene->scene, point, random[k]);
     // The same formulas in another order: some roundings.
