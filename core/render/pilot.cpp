@@ -2,6 +2,7 @@
 #include "core/render/pilot.h"
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "core/render/gather.h"
@@ -12,20 +13,21 @@ namespace photond {
 namespace {
 
 constexpr std::uint32_t kSide = 24;    // pixels of the grid, each way
-constexpr std::uint32_t kPaths = 8;    // through each of them
 constexpr std::uint64_t kPilotSeed = 0x70696c6f74;
 
 // Of one channel-averaged quantity over a pixel's paths.
 struct Moments {
+  double count = 0;
   double sum = 0;
   double sum_sq = 0;
   void add(const Rgb& radiance) {
     const double mean = (static_cast<double>(radiance.x) + radiance.y + radiance.z) / 3;
+    ++count;
     sum += mean;
     sum_sq += mean * mean;
   }
-  double mean() const { return sum / kPaths; }
-  double variance() const { return std::max(0.0, sum_sq - sum * sum / kPaths) / (kPaths - 1); }
+  double mean() const { return sum / count; }
+  double variance() const { return std::max(0.0, sum_sq - sum * sum / count) / (count - 1); }
 };
 
 struct PixelNoise {
@@ -62,29 +64,31 @@ float expected_photons(const PreparedScene& scene, const RadianceSettings& setti
 }
 
 Moments measure_paths(const PreparedScene& scene, const Ray& ray, const RadianceSettings& settings, std::uint64_t seed,
-                      std::uint64_t pixel) {
-  std::array<Ray, kPaths> rays;
-  std::array<CameraSampler, kPaths> samplers;
-  std::array<RadianceSample, kPaths> samples{};
+                      std::uint64_t pixel, std::uint32_t count) {
+  std::array<Ray, kManyPilotPaths> rays;
+  std::array<CameraSampler, kManyPilotPaths> samplers;
+  std::array<RadianceSample, kManyPilotPaths> samples{};
   rays.fill(ray);
-  for (std::uint32_t i = 0; i < kPaths; ++i) samplers[i] = CameraSampler(seed, i, pixel);
-  estimate_incoming(scene, settings, rays, samplers, samples);
+  for (std::uint32_t i = 0; i < count; ++i) samplers[i] = CameraSampler(seed, i, pixel);
+  estimate_incoming(scene, settings, std::span(rays).first(count), std::span(samplers).first(count),
+                    std::span(samples).first(count));
   Moments moments;
-  for (const RadianceSample& sample : samples) moments.add(sample.radiance);
+  for (const RadianceSample& sample : std::span(samples).first(count)) moments.add(sample.radiance);
   return moments;
 }
 
 // Light that photons would bring is what paths see beyond those that end where photons would be gathered.
 PixelNoise measure_pixel(const PreparedScene& scene, const Ray& ray, const RadianceSettings& paths,
-                         const RadianceSettings& ends, const GatherGuide& guide, std::uint64_t pixel) {
-  const Moments going_on = measure_paths(scene, ray, paths, kPilotSeed, pixel);
-  const Moments ending = measure_paths(scene, ray, ends, kPilotSeed + 1, pixel);
+                         const RadianceSettings& ends, const GatherGuide& guide, std::uint64_t pixel,
+                         std::uint32_t count) {
+  const Moments going_on = measure_paths(scene, ray, paths, kPilotSeed, pixel, count);
+  const Moments ending = measure_paths(scene, ray, ends, kPilotSeed + 1, pixel, count);
   CameraSampler rng(kPilotSeed + 2, 0, pixel);
   const double photons = static_cast<double>(expected_photons(scene, paths, guide.global, ray, rng));
   PixelNoise noise{going_on.mean(), ending.variance(), going_on.variance()};
   // The square of the difference, less what is noise of it.
   const double indirect = going_on.mean() - ending.mean();
-  const double indirect_sq = indirect * indirect - (going_on.variance() + ending.variance()) / kPaths;
+  const double indirect_sq = indirect * indirect - (going_on.variance() + ending.variance()) / count;
   if (indirect > 0) noise.photons += indirect_sq * kKernelNoise / std::max(photons, 1e-6);
   return noise;
 }
@@ -92,7 +96,7 @@ PixelNoise measure_pixel(const PreparedScene& scene, const Ray& ray, const Radia
 }  // namespace
 
 PilotNoise measure_noise(const PreparedScene& scene, const Camera& camera, float aspect, const RadianceSettings& paths,
-                         const GatherGuide& guide, const Execution& execution) {
+                         const GatherGuide& guide, std::uint32_t count, const Execution& execution) {
   static const PhotonMap kEmpty;
   RadianceSettings ends = paths;
   ends.technique = Technique::density;
@@ -101,7 +105,7 @@ PilotNoise measure_noise(const PreparedScene& scene, const Camera& camera, float
   std::vector<PixelNoise> pixels(kSide * kSide);
   parallel_for(execution, pixels.size(), 16, [&](std::size_t i) {
     const Vec2 film{(static_cast<float>(i % kSide) + 0.5f) / kSide, (static_cast<float>(i / kSide) + 0.5f) / kSide};
-    pixels[i] = measure_pixel(scene, camera_ray(camera, film, aspect), paths, ends, guide, i);
+    pixels[i] = measure_pixel(scene, camera_ray(camera, film, aspect), paths, ends, guide, i, count);
   });
   double mean = 0;
   for (const PixelNoise& pixel : pixels) mean += pixel.radiance / static_cast<double>(pixels.size());

@@ -12,9 +12,13 @@ struct PilotNoise {
   double paths = 0;     ///< where paths go on
 };
 
-/// Sends a few paths through the middles of a grid of pixels. `paths` are the settings of a method that goes on
+/// Paths through each pixel of the pilot's grid: few, which miss rare bright ones, and so many that they seldom do.
+inline constexpr std::uint32_t kFewPilotPaths = 8;
+inline constexpr std::uint32_t kManyPilotPaths = 32;
+
+/// Sends `count` ≤ kManyPilotPaths paths through the middle of each of a grid of pixels. `paths` are the settings of a method that goes on
 /// (Technique::trace or merge), `guide` tells how dense photons lie. A pure function of its arguments; undefined once `execution` is cancelled.
 PilotNoise measure_noise(const PreparedScene& scene, const Camera& camera, float aspect, const RadianceSettings& paths,
-                         const GatherGuide& guide, const Execution& execution);
+                         const GatherGuide& guide, std::uint32_t count, const Execution& execution);
 
 }  // namespace photond

@@ -23,7 +23,7 @@ struct Subject {
   Camera camera;
   Image reference;
   double floor = 0;       // of relMSE: the reference's own noise; 0 where it is not known
-  Method automatic = Method::automatic;  // what the plan chooses
+  Method automatic = Method::automatic;  // what `auto` chooses
 };
 
 struct Series {
@@ -88,9 +88,9 @@ Result<Subject> load_subject(const fs::path& path, const std::string& camera_nam
   if (!camera) return camera.error();
   auto prepared = prepare(*std::move(scene), execution);
   if (!prepared) return prepared.error();
-  const auto plan = make_plan(**prepared, settings_of(*reference, Method::automatic), execution);
-  if (!plan) return plan.error();
-  return Subject{path.stem().string(), *std::move(prepared), *camera, *std::move(reference), *floor, plan->method};
+  const auto task = make_render_task(*prepared, *camera, {}, settings_of(*reference, Method::automatic), execution);
+  if (!task) return task.error();
+  return Subject{path.stem().string(), *std::move(prepared), *camera, *std::move(reference), *floor, task->plan.method};
 }
 
 Result<Series> render(const Subject& subject, Method method, const std::vector<double>& times,
