@@ -18,7 +18,7 @@ class RestartTest : public ServiceTest {
     return post_json(port_, "/v1/jobs/" + id + "/extend", "{\"stop\":" + stop + "}");
   }
   std::string exr(const std::string& id) { return get(port_, "/v1/jobs/" + id + "/frames/latest.exr").body; }
-  std::string passes(int n) { return R"("method":"progressive","photons_per_pass":5000,"stop":{"passes":)" + std::to_string(n) + "}"; }
+  std::string passes(int n) { return R"("method":"progressive","photons_per_pass":20000,"stop":{"passes":)" + std::to_string(n) + "}"; }
   /// The picture of an undisturbed job.
   std::string undisturbed(int n) {
     const std::string id = submit(scene_, passes(n));
@@ -207,7 +207,7 @@ TEST_F(RestartTest, ADamagedCheckpointIsNotedAndTheOneBeforeItUsed) {
   const std::string undisturbed_exr = undisturbed(200);
   for (const bool all : {false, true}) {
     const std::string id = submit(scene_, passes(200));
-    while (job(id)["passes"] < 20) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    while (job(id)["passes"] == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     ASSERT_EQ(post(id, "pause").status, 202);
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     service_.reset();
