@@ -16,8 +16,9 @@ struct PilotNoise {
 inline constexpr std::uint32_t kFewPilotPaths = 8;
 inline constexpr std::uint32_t kManyPilotPaths = 32;
 
-/// Sends `count` ≤ kManyPilotPaths paths through the middle of each of a grid of pixels. `paths` are the settings of a method that goes on
-/// (Technique::trace or merge), `guide` tells how dense photons lie. A pure function of its arguments; undefined once `execution` is cancelled.
+/// Sends `count` ≤ kManyPilotPaths paths through the middle of each of a grid of pixels. `paths` are the settings of a
+/// method that goes on (Technique::trace or merge), `guide` tells how dense photons lie. A pure function of its
+/// arguments; undefined once `execution` is cancelled.
 PilotNoise measure_noise(const PreparedScene& scene, const Camera& camera, float aspect, const RadianceSettings& paths,
                          const GatherGuide& guide, std::uint32_t count, const Execution& execution);
 

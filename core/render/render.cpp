@@ -58,8 +58,9 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
 // much the same for paths that go on and for paths that gather.
 constexpr double kRaysOfPixel = 5;
 
-// Paths must be that much better, by few of them and by many: behind a door ajar 8 paths through a pixel tell that photons
-// leave twice their noise, 32 a fifteenth, 128 a sixtieth. Many cost up to a fifth of a second, where few say otherwise nothing.
+// Paths must be that much better, by few of them and by many: behind a door ajar 8 paths through a pixel tell that
+// photons leave twice their noise, 32 a fifteenth, 128 a sixtieth. Many cost up to a fifth of a second, but are traced
+// only where few speak for paths.
 constexpr double kDoubt = 2;
 
 // Where photons are too sparse in the picture, paths leave less noise in the same time: then theirs is the plan.
@@ -76,14 +77,14 @@ Status choose_by_pilot(RenderTask& task, const Execution& execution) {
   const double shoot = static_cast<double>(pilot.rays) * paths_of_pass;
   const double shoot_caustic = hybrid->uses_maps ? static_cast<double>(pilot.caustic_rays) * paths_of_pass : 0;
   const double pixels = kRaysOfPixel * task.settings.width * task.settings.height;
-  double ratio = kInfinity;
+  double ratio = 0;
   for (const std::uint32_t count : {kFewPilotPaths, kManyPilotPaths}) {
-    if (ratio <= kDoubt) break;
     const PilotNoise noise = measure_noise(*task.scene, task.camera, aspect, paths, *task.guide, count, execution);
     if (execution.cancelled()) return cancelled();
     const double by_photons = noise.photons * (shoot + pixels);
     const double by_paths = noise.paths * (shoot_caustic + pixels);
-    ratio = by_paths > 0 ? by_photons / by_paths : 1;
+    ratio = by_photons > 0 ? by_photons / by_paths : 0;   // infinite where paths leave no noise at all
+    if (!(ratio > kDoubt)) break;
   }
   char text[160];
   std::snprintf(text, sizeof text, "in a pilot photons leave %.2g times the noise of paths in equal time", ratio);
