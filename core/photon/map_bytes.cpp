@@ -9,7 +9,7 @@ namespace photond {
 namespace {
 
 // Raised with every change of what the sections are.
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 
 // What stands in a file beside arrays.
 struct MapsHead {
@@ -23,7 +23,7 @@ struct MapsHead {
   EnergyLedger ledger;
   double build_seconds;
 };
-static_assert(sizeof(MapsHead) == 3 * 20 + 4 + 8 + 2 * 8 + sizeof(EnergyLedger) + 8, "no padding");
+static_assert(sizeof(MapsHead) == 3 * 36 + 4 + 8 + 2 * 8 + sizeof(EnergyLedger) + 8, "no padding");
 static_assert(kFactsBytes == Sections::kHeadBytes + sizeof(MapsHead));
 
 // Sections of photon maps: the head, then leaves, étendues and tree of each map. Irradiance's or a guide's follow them.

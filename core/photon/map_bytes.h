@@ -20,7 +20,7 @@ struct MapFacts {
 };
 
 /// The first bytes of a file from which read_facts tells.
-inline constexpr std::size_t kFactsBytes = 520;
+inline constexpr std::size_t kFactsBytes = 568;
 /// The facts of a file that begins with `first_bytes`; nothing where it is not one of this key and photon stage. What
 /// follows is not looked at, so the file may be damaged.
 std::optional<MapFacts> read_facts(std::span<const std::byte> first_bytes, const MapKey& key);

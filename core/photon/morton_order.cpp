@@ -102,22 +102,6 @@ void sort(const Buffers& buffers, std::uint32_t n, int shift, const Execution& e
 
 }  // namespace
 
-Bounds3 bounds_of(PhotonSpans blocks, const Execution& execution) {
-  std::vector<Bounds3> parts(blocks.size());
-  parallel_for(execution, blocks.size(), 1, [&](std::size_t b) {
-    Bounds3 bounds;
-    for (const Photon& photon : blocks[b]) bounds.add(photon.position);
-    parts[b] = bounds;
-  });
-  Bounds3 bounds;
-  for (const Bounds3& part : parts) {
-    if (part.empty()) continue;
-    bounds.add(part.min);
-    bounds.add(part.max);
-  }
-  return bounds;
-}
-
 LargeArray<PhotonPlace> morton_order(PhotonSpans blocks, const MortonGrid& grid, const Execution& execution) {
   std::vector<std::uint32_t> first(blocks.size());
   std::uint32_t n = 0;

@@ -1,6 +1,7 @@
 #include "core/photon/photon_map.h"
 
 #include <algorithm>
+#include <array>
 #include <ranges>
 #include <vector>
 
@@ -8,14 +9,10 @@ namespace photond {
 
 namespace {
 
-void set(PhotonLeaf& leaf, std::uint32_t lane, const Photon& photon, std::uint64_t index) {
-  leaf.x[lane] = photon.position.x;
-  leaf.y[lane] = photon.position.y;
-  leaf.z[lane] = photon.position.z;
-  leaf.normal[lane] = photon.normal;
-  leaf.direction[lane] = photon.direction;
-  const PackedFlux flux = encode_flux(photon.flux, index);
-  for (int c = 0; c < 3; ++c) leaf.flux[c][lane] = flux[c];
+// By number and direction: photons in one place are rounded apart, and so are those of one number in the maps of several
+// passes.
+std::uint64_t rounding_key(const Photon& photon, std::uint32_t number) {
+  return std::uint64_t{photon.direction} << 32 | number;
 }
 
 Bounds3 bounds_of(const PhotonLeaf& leaf, std::uint32_t count) {
@@ -24,67 +21,81 @@ Bounds3 bounds_of(const PhotonLeaf& leaf, std::uint32_t count) {
   return bounds;
 }
 
-// Leaves between asking for photons and reading them.
-constexpr std::size_t kAhead = 3;
+// Photons between asking for one and reading it.
+constexpr std::size_t kAhead = 24;
+// Photons of a task.
+constexpr std::size_t kPiece = 16'384;
 
-// Pieces of a size that is worth a task.
-std::vector<std::span<const Photon>> pieces(std::span<const Photon> photons) {
-  constexpr std::size_t kPiece = 8192;
-  std::vector<std::span<const Photon>> blocks;
-  for (std::size_t i = 0; i < photons.size(); i += kPiece) {
-    blocks.push_back(photons.subspan(i, std::min(kPiece, photons.size() - i)));
-  }
-  return blocks;
+PhotonCells cells_of(std::span<const Photon> photons) {
+  Bounds3 bounds;
+  for (const Photon& photon : photons) bounds.add(photon.position);
+  PhotonCells cells(bounds);
+  cells.append(photons);
+  return cells;
 }
 
 }  // namespace
 
-PhotonMap::PhotonMap(PhotonSpans blocks, std::span<const std::span<const float>> etendues,
-                     const Execution& execution) {
-  std::vector<std::uint64_t> first;                // index of each block's first photon
-  std::uint64_t n = 0;
-  for (const auto& block : blocks) {
-    first.push_back(n);
-    n += block.size();
-  }
-  size_ = static_cast<std::uint32_t>(n);
-  grid_ = MortonGrid(bounds_of(blocks, execution));
-  const auto order = morton_order(blocks, grid_, execution);
+PhotonMap::PhotonMap(PhotonCells cells, bool etendues, const Execution& execution)
+    : size_(static_cast<std::uint32_t>(cells.size())), order_{cells.grid(), MortonGrid(cells.bounds())} {
   leaves_ = make_large_array<PhotonLeaf>(leaf_count());
-  if (!etendues.empty()) etendues_ = make_large_array<PhotonLeaf::Lanes<float>>(leaf_count());
-  const auto used = [&](std::uint32_t leaf) {
-    return std::min(PhotonLeaf::kSize, size_ - leaf * PhotonLeaf::kSize);
-  };
-  parallel_for(execution, leaf_count(), 512, [&](std::size_t i) {
-    PhotonLeaf& leaf = leaves_[i];
-    const std::uint32_t count = used(static_cast<std::uint32_t>(i));
-    // The photons lie where their paths left them: ask for those of a later leaf.
-    const std::size_t ahead = std::min<std::size_t>((i + kAhead) * PhotonLeaf::kSize, size_ - count);
-    for (std::uint32_t lane = 0; lane < count; ++lane) {
-      const PhotonPlace& place = order[ahead + lane];
-      __builtin_prefetch(&blocks[place.block][place.offset]);
-    }
-    for (std::uint32_t lane = 0; lane < count; ++lane) {
-      const PhotonPlace& place = order[i * PhotonLeaf::kSize + lane];
-      set(leaf, lane, blocks[place.block][place.offset], first[place.block] + place.offset);
-      if (!etendues.empty()) etendues_[i][lane] = etendues[place.block][place.offset];
-    }
-    const Photon nowhere{.position = Vec3(kInfinity)};
-    for (std::uint32_t lane = count; lane < PhotonLeaf::kSize; ++lane) set(leaf, lane, nowhere, 0);
-    if (!etendues.empty()) std::fill(etendues_[i].begin() + count, etendues_[i].end(), 0.0f);
+  if (etendues) etendues_ = make_large_array<PhotonLeaf::Lanes<float>>(leaf_count());
+  std::array<std::uint32_t, MortonGrid::kCubes> first;
+  std::uint64_t n = 0;
+  for (std::uint32_t cell = 0; cell < first.size(); ++cell) {
+    first[cell] = static_cast<std::uint32_t>(n);
+    n += cells.size(cell);
+  }
+  parallel_for(execution, first.size(), 1, [&](std::size_t i) {
+    const auto cell = static_cast<std::uint32_t>(i);
+    const std::uint64_t count = cells.size(cell);
+    if (count == 0) return;
+    take(cells.photons(cell), first[cell], count > kPiece ? execution : Execution{nullptr, execution.stop});
+    cells.free(cell);
   });
-  tree_ = BoxTree(leaf_count(), [&](std::uint32_t i) { return bounds_of(leaves_[i], used(i)); }, execution);
+  for (std::uint32_t i = size_; i < leaf_count() * PhotonLeaf::kSize; ++i) set(i, {.position = Vec3(kInfinity)});
+  const auto bounds = [&](std::uint32_t i) {
+    return bounds_of(leaves_[i], std::min(PhotonLeaf::kSize, size_ - i * PhotonLeaf::kSize));
+  };
+  tree_ = BoxTree(leaf_count(), bounds, execution);
 }
 
 PhotonMap::PhotonMap(std::span<const Photon> photons, const Execution& execution)
-    : PhotonMap(pieces(photons), execution) {}
+    : PhotonMap(cells_of(photons), false, execution) {}
+
+void PhotonMap::take(PhotonSpans photons, std::uint32_t first, const Execution& execution) {
+  const auto order = morton_order(photons, order_.fine, execution);
+  if (execution.cancelled()) return;   // there is no order
+  std::size_t n = 0;
+  for (const auto& span : photons) n += span.size();
+  const auto at = [&](std::size_t i) { return &photons[order[i].block][order[i].offset]; };
+  parallel_for(execution, (n + kPiece - 1) / kPiece, 1, [&](std::size_t piece) {
+    for (std::size_t i = piece * kPiece; i < std::min(n, (piece + 1) * kPiece); ++i) {
+      __builtin_prefetch(at(std::min(i + kAhead, n - 1)));
+      set(first + static_cast<std::uint32_t>(i), *at(i));
+    }
+  });
+}
+
+void PhotonMap::set(std::uint32_t i, const Photon& photon) {
+  PhotonLeaf& leaf = leaves_[i / PhotonLeaf::kSize];
+  const std::uint32_t k = lane(i);
+  leaf.x[k] = photon.position.x;
+  leaf.y[k] = photon.position.y;
+  leaf.z[k] = photon.position.z;
+  leaf.normal[k] = photon.normal;
+  leaf.direction[k] = photon.direction;
+  const PackedFlux flux = encode_flux(photon.flux, rounding_key(photon, i));
+  for (int c = 0; c < 3; ++c) leaf.flux[c][k] = flux[c];
+  if (has_etendues()) etendues_[i / PhotonLeaf::kSize][k] = photon.etendue;
+}
 
 std::optional<PhotonMap> PhotonMap::over(const Head& head, std::span<const PhotonLeaf> leaves,
                                          std::span<const PhotonLeaf::Lanes<float>> etendues,
                                          std::span<const std::byte> tree_nodes, std::shared_ptr<const void> owner) {
   PhotonMap map;
   map.size_ = head.size;
-  map.grid_ = head.grid;
+  map.order_ = head.order;
   auto tree = BoxTree::over(map.leaf_count(), tree_nodes, owner);
   if (leaves.size() != map.leaf_count() || !tree) return std::nullopt;
   if (!etendues.empty()) {
@@ -97,11 +108,15 @@ std::optional<PhotonMap> PhotonMap::over(const Head& head, std::span<const Photo
 }
 
 std::uint32_t PhotonMap::near_leaf(const Vec3& p) const {
-  const std::uint64_t code = grid_.code(p);
+  const std::uint32_t cell = order_.cells.cube(p);
+  const std::uint64_t code = order_.fine.code(p);
   const auto leaves = std::views::iota(1u, leaf_count());
   // The first leaf beyond, less one.
-  const auto beyond = std::ranges::partition_point(
-      leaves, [&](std::uint32_t i) { return grid_.code({leaves_[i].x[0], leaves_[i].y[0], leaves_[i].z[0]}) <= code; });
+  const auto beyond = std::ranges::partition_point(leaves, [&](std::uint32_t i) {
+    const Vec3 start = position(i * PhotonLeaf::kSize);
+    const std::uint32_t its_cell = order_.cells.cube(start);
+    return its_cell < cell || (its_cell == cell && order_.fine.code(start) <= code);
+  });
   return static_cast<std::uint32_t>(beyond - leaves.begin());
 }
 

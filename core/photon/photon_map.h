@@ -5,9 +5,8 @@
 
 #include "core/math/octahedral.h"
 #include "core/photon/box_tree.h"
-#include "core/photon/morton_order.h"
 #include "core/photon/packed_flux.h"
-#include "core/photon/photon.h"
+#include "core/photon/photon_cells.h"
 
 namespace photond {
 
@@ -33,12 +32,17 @@ struct PhotonLeaf {
 /// Photons with a spatial index: 29.5 bytes a photon, 33.5 with étendues. Immutable.
 class PhotonMap {
  public:
+  /// In which photons lie: by their cells, and within a cell along a Morton curve as fine as all photons allow.
+  struct Order {
+    MortonGrid cells, fine;
+  };
+
   PhotonMap() = default;
-  /// Indexes the photons of all blocks. The bits depend neither on the execution nor on where one block ends and the
-  /// next begins. Undefined once `execution` is cancelled.
-  PhotonMap(PhotonSpans blocks, const Execution& execution) : PhotonMap(blocks, {}, execution) {}
-  /// With the étendue of each photon's path in m²·sr, in blocks as the photons are; none where `etendues` is empty.
-  PhotonMap(PhotonSpans blocks, std::span<const std::span<const float>> etendues, const Execution& execution);
+  /// Indexes photons, with or without their étendues, and gives their memory back on the way, all but the first 64 MB:
+  /// 20 million photons become a map within 1 GB. The bits do not depend on the execution. Undefined once that is
+  /// cancelled.
+  PhotonMap(PhotonCells cells, bool etendues, const Execution& execution);
+  /// Of photons that stay where they are, without étendues.
   PhotonMap(std::span<const Photon> photons, const Execution& execution);
 
   std::uint32_t size() const { return size_; }
@@ -57,7 +61,7 @@ class PhotonMap {
     return {etendues_.get(), has_etendues() ? leaf_count() : 0};
   }
 
-  /// The leaf that holds the place of `p` along the Morton curve. There must be photons.
+  /// The leaf that holds the place of `p` in their order. There must be photons.
   std::uint32_t near_leaf(const Vec3& p) const;
 
   /// Photon i = 0 … size−1 is photon i mod 8 of leaf i/8.
@@ -73,9 +77,9 @@ class PhotonMap {
   /// What a map is beside its leaves and its tree.
   struct Head {
     std::uint32_t size = 0;
-    MortonGrid grid;
+    Order order;
   };
-  Head head() const { return {size_, grid_}; }
+  Head head() const { return {size_, order_}; }
   /// Of what another map has told; it uses leaves, étendues and tree where they lie. Nothing where they do not belong
   /// together.
   static std::optional<PhotonMap> over(const Head& head, std::span<const PhotonLeaf> leaves,
@@ -90,6 +94,10 @@ class PhotonMap {
   std::uint64_t memory_bytes() const { return tree_.memory_bytes() + leaf_count() * leaf_bytes(); }
 
  private:
+  // Photons of one cell, which are numbered from `first` on in the map.
+  void take(PhotonSpans photons, std::uint32_t first, const Execution& execution);
+  void set(std::uint32_t i, const Photon& photon);
+
   const PhotonLeaf& of(std::uint32_t i) const { return leaves_[i / PhotonLeaf::kSize]; }
   static std::uint32_t lane(std::uint32_t i) { return i % PhotonLeaf::kSize; }
 
@@ -98,7 +106,7 @@ class PhotonMap {
   }
 
   std::uint32_t size_ = 0;
-  MortonGrid grid_;
+  Order order_;
   LargeArray<PhotonLeaf> leaves_;
   LargeArray<PhotonLeaf::Lanes<float>> etendues_;
   BoxTree tree_;

@@ -1,6 +1,9 @@
 #include "core/photon/photon_maps.h"
 
 #include <algorithm>
+#include <atomic>
+#include <map>
+#include <mutex>
 
 #include "core/photon/guide.h"
 #include "core/photon/shoot.h"
@@ -9,7 +12,7 @@ namespace photond {
 
 namespace {
 
-// Paths of one task; the blocks are joined in order, whoever computed them.
+// Paths of one task.
 constexpr std::uint64_t kBlock = 2048;
 
 constexpr std::uint32_t kIrradiancePass = 0xfffffffe;
@@ -28,12 +31,36 @@ void scale(EnergyLedger& ledger, double factor) {
   }
 }
 
-template <class T>
-std::vector<std::span<const T>> parts(const std::vector<PhotonBlock>& blocks, std::vector<T> PhotonBlock::*part) {
-  std::vector<std::span<const T>> spans;
-  for (const PhotonBlock& block : blocks) spans.emplace_back(block.*part);
-  return spans;
-}
+// What a map is made of. Blocks are taken in their order, whoever computed them first, so that few are kept.
+class Harvest {
+ public:
+  explicit Harvest(const Bounds3& bounds) : global(bounds), caustic(bounds) {}
+
+  void add(std::size_t index, PhotonBlock block) {
+    const std::lock_guard lock(mutex_);
+    waiting_.emplace(index, std::move(block));
+    for (auto it = waiting_.begin(); it != waiting_.end() && it->first == taken_; it = waiting_.erase(it), ++taken_) {
+      take(it->second);
+    }
+  }
+
+  PhotonCells global, caustic;
+  EnergyLedger ledger;
+  std::uint64_t rays = 0, caustic_rays = 0;
+
+ private:
+  void take(const PhotonBlock& block) {
+    global.append(block.global);
+    caustic.append(block.caustic);
+    photond::add(ledger, block.ledger);
+    rays += block.rays;
+    caustic_rays += block.caustic_rays;
+  }
+
+  std::mutex mutex_;
+  std::map<std::size_t, PhotonBlock> waiting_;
+  std::size_t taken_ = 0;
+};
 
 }  // namespace
 
@@ -44,9 +71,12 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
     return plain ? add_irradiance(scene, key, *std::move(plain), execution) : plain;
   }
   const std::uint64_t paths = key.settings.photons_per_pass;
-  std::vector<PhotonBlock> blocks((paths + kBlock - 1) / kBlock);
-  parallel_for(execution, blocks.size(), 1, [&](std::size_t i) {
-    blocks[i] = shoot(scene, key, i * kBlock, std::min(paths, (i + 1) * kBlock));
+  const std::uint64_t blocks = (paths + kBlock - 1) / kBlock;
+  Harvest harvest(scene.bounds);
+  std::atomic<std::uint64_t> next = 0;
+  parallel_for(execution, blocks, 1, [&](std::size_t) {
+    const std::uint64_t i = next++;   // a thread's own range would leave half of all blocks waiting
+    harvest.add(i, shoot(scene, key, i * kBlock, std::min(paths, (i + 1) * kBlock)));
   });
   if (execution.cancelled()) return cancelled();
 
@@ -54,16 +84,12 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
   maps->emitted = static_cast<double>(paths);
   const double share = key.set == PhotonSet::caustic ? scene.lights.casting_share() : 1;
   if (share > 0) maps->emitted /= share;   // without such lights there are no photons
-  for (const PhotonBlock& block : blocks) {
-    add(maps->ledger, block.ledger);
-    maps->rays += block.rays;
-    maps->caustic_rays += block.caustic_rays;
-  }
+  maps->ledger = harvest.ledger;
   scale(maps->ledger, 1 / maps->emitted);
-  maps->global = PhotonMap(parts(blocks, &PhotonBlock::global), execution);
-  std::vector<std::span<const float>> etendues;
-  if (scene.lights.extended()) etendues = parts(blocks, &PhotonBlock::caustic_etendue);
-  maps->caustic = PhotonMap(parts(blocks, &PhotonBlock::caustic), etendues, execution);
+  maps->rays = harvest.rays;
+  maps->caustic_rays = harvest.caustic_rays;
+  maps->global = PhotonMap(std::move(harvest.global), false, execution);
+  maps->caustic = PhotonMap(std::move(harvest.caustic), scene.lights.extended(), execution);
   if (execution.cancelled()) return cancelled();
   maps->memory_bytes = maps->global.memory_bytes() + maps->caustic.memory_bytes();
   return std::shared_ptr<const PhotonMaps>(std::move(maps));

@@ -67,7 +67,6 @@ class Shooter {
         next_(first),
         last_(last),
         far_(scene.triangle_count > kCachedTriangles),
-        extended_(scene.lights.extended()),
         only_caustic_(key.set == PhotonSet::caustic) {
     block_.global.reserve(2 * (last - first));
   }
@@ -292,7 +291,7 @@ class Shooter {
     photon.direction = from;
     photon.normal = normal;
     photon.flux = walk.flux;
-    stored_etendue_[walk.map][count] = walk.etendue;
+    photon.etendue = walk.etendue;
     count += wanted;
   }
 
@@ -302,10 +301,6 @@ class Shooter {
     const Photon* caustic = stored_[kCaustic].data();
     block_.global.insert(block_.global.end(), global, global + stored_count_[kGlobal]);
     block_.caustic.insert(block_.caustic.end(), caustic, caustic + stored_count_[kCaustic]);
-    const float* etendue = stored_etendue_[kCaustic].data();
-    if (extended_) {
-      block_.caustic_etendue.insert(block_.caustic_etendue.end(), etendue, etendue + stored_count_[kCaustic]);
-    }
     stored_count_ = {};
   }
 
@@ -314,7 +309,6 @@ class Shooter {
   std::uint64_t next_;           // the next path to emit
   std::uint64_t last_;
   bool far_;
-  bool extended_;                // étendues are kept
   bool only_caustic_;
   PhotonBlock block_;
   Subset live_;
@@ -326,7 +320,6 @@ class Shooter {
   PlainBounces bounces_{};
   SurfaceLanes surfaces_{};
   std::array<std::array<Photon, kBatch + 1>, 2> stored_;  // one more: an unwanted photon is written, too
-  std::array<std::array<float, kBatch + 1>, 2> stored_etendue_;
   std::array<std::uint32_t, 2> stored_count_{};
 };
 

@@ -12,8 +12,7 @@ namespace photond {
 struct PhotonBlock {
   std::vector<Photon> global;
   std::vector<Photon> caustic;
-  std::vector<float> caustic_etendue;  ///< of each caustic photon; empty where no light has any
-  EnergyLedger ledger;          ///< not yet divided by the number of emitted paths
+  EnergyLedger ledger;                 ///< not yet divided by the number of emitted paths
   std::uint64_t rays = 0;
   std::uint64_t caustic_rays = 0;      ///< as in PhotonMaps
 };

@@ -86,7 +86,7 @@ class Pilot {
     // While a picture is made: mean, variance and squared bias in doubles, as much again to filter them, the picture
     // and its error in floats.
     constexpr double kPictureBytes = 6 * sizeof(glm::dvec3) + 4 * sizeof(Rgb);
-    // Photons are gathered in lists before they are indexed.
+    // Photons are gathered before they are indexed; of large maps (PhotonCells) less is in use than this.
     constexpr double kMapBuilding = 2;
     const double kept = std::min(kept_bytes, map_bytes_ * (maps_built_ > 1 ? passes : 1));
     return scene_bytes_ + static_cast<std::uint64_t>(kept + kMapBuilding * map_bytes_ + scale_ * film_bytes(film_) +

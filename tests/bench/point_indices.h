@@ -202,7 +202,7 @@ class ImplicitOctree {
     for (std::size_t i = 0; i < photons.size(); i += 8192) {
       blocks.push_back(photons.subspan(i, std::min<std::size_t>(8192, photons.size() - i)));
     }
-    bounds_ = bounds_of(blocks, execution);
+    for (const Photon& photon : photons) bounds_.add(photon.position);
     const auto order = morton_order(blocks, MortonGrid(bounds_), execution);
     codes_.resize(photons.size());
     points_.set(static_cast<std::uint32_t>(photons.size()), execution, [&](std::size_t i) {

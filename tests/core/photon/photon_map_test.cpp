@@ -139,8 +139,11 @@ TEST(PhotonMap, BitsDoNotDependOnTheThreadsNorOnTheBlocks) {
   const PhotonMap serial(photons, Execution{});
   expect_equal(serial, PhotonMap(photons, test::workers().execution()));
   const std::span<const Photon> all(photons);
-  const std::vector<std::span<const Photon>> uneven{all.first(3), {}, all.subspan(3, 50'000), all.subspan(50'003)};
-  expect_equal(serial, PhotonMap(uneven, test::workers().execution()));
+  Bounds3 bounds;
+  for (const Photon& photon : photons) bounds.add(photon.position);
+  PhotonCells uneven(bounds);
+  for (const auto part : {all.first(3), all.first(0), all.subspan(3, 50'000), all.subspan(50'003)}) uneven.append(part);
+  expect_equal(serial, PhotonMap(std::move(uneven), false, test::workers().execution()));
 }
 
 TEST(PhotonMap, KeepsEveryPhoton) {

@@ -1,0 +1,57 @@
+#include "core/photon/photon_cells.h"
+
+#include <new>
+
+#include <sys/mman.h>
+
+namespace photond {
+
+void PhotonCells::Unmap::operator()(std::byte* slab) const noexcept { munmap(slab, kSlabBytes); }
+
+std::span<Photon> PhotonCells::take_chunk() {
+  if (taken_ == kSlabBytes) {
+    void* slab = mmap(nullptr, kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (slab == MAP_FAILED) throw std::bad_alloc();
+    slabs_.emplace_back(static_cast<std::byte*>(slab));
+    taken_ = 0;
+    if (slabs_.size() <= kLargePages) (void)madvise(slab, kSlabBytes, MADV_HUGEPAGE);   // not all systems have them
+  }
+  std::byte* chunk = slabs_.back().get() + taken_;
+  const std::size_t bytes = slabs_.size() <= kLargePages ? kSmallChunk : kLargeChunk;
+  taken_ += bytes;
+  return {reinterpret_cast<Photon*>(chunk), bytes / sizeof(Photon)};
+}
+
+void PhotonCells::grow(std::uint32_t cell) {
+  const auto chunk = cells_[cell].chunks.emplace_back(take_chunk());
+  cells_[cell].room += chunk.size();
+  next_[cell] = chunk.data();
+  end_[cell] = chunk.data() + chunk.size();
+}
+
+void PhotonCells::append(std::span<const Photon> photons) {
+  for (const Photon& photon : photons) {
+    bounds_.add(photon.position);
+    const std::uint32_t cell = grid_.cube(photon.position);
+    if (next_[cell] == end_[cell]) grow(cell);
+    *next_[cell]++ = photon;
+  }
+  size_ += photons.size();
+}
+
+std::vector<std::span<const Photon>> PhotonCells::photons(std::uint32_t cell) const {
+  std::vector<std::span<const Photon>> spans(cells_[cell].chunks.begin(), cells_[cell].chunks.end());
+  if (!spans.empty()) spans.back() = {spans.back().data(), next_[cell]};
+  return spans;
+}
+
+void PhotonCells::free(std::uint32_t cell) {
+  for (const auto& chunk : cells_[cell].chunks) {
+    // Private memory always takes this advice.
+    if (chunk.size_bytes() > kSmallChunk) (void)madvise(chunk.data(), kLargeChunk, MADV_DONTNEED);
+  }
+  cells_[cell] = {};
+  next_[cell] = end_[cell] = nullptr;
+}
+
+}  // namespace photond

@@ -1,0 +1,123 @@
+#include "core/photon/photon_cells.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+
+#include "core/math/rng.h"
+#include "core/photon/photon_map.h"
+#include "tests/support/scenes.h"
+
+namespace photond {
+namespace {
+
+const Bounds3 kUnit{Vec3(0), Vec3(1)};
+
+// Photons anywhere in a cube, numbered by their étendues.
+std::vector<Photon> anywhere(std::uint32_t n, float side = 1) {
+  Rng rng(21, RngPurpose::pilot, 0, n);
+  std::vector<Photon> photons(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const Vec2 u = rng.next2();
+    photons[i] = {.position = side * Vec3(u.x, u.y, rng.next()), .flux = Rgb(1), .etendue = static_cast<float>(i)};
+  }
+  return photons;
+}
+
+TEST(PhotonCells, HoldEachPhotonOnceInItsCubeAndInTheOrderOfTheirComing) {
+  // Few, and so many that chunks are given back.
+  for (const std::uint32_t n : {0u, 1u, 1000u, 3'000'000u}) {
+    const std::vector<Photon> photons = anywhere(n);
+    PhotonCells cells(kUnit);
+    for (std::uint32_t i = 0; i < n; i += 777) {
+      cells.append(std::span(photons).subspan(i, std::min(777u, n - i)));
+    }
+    ASSERT_EQ(cells.size(), n);
+    std::uint64_t seen = 0;
+    for (std::uint32_t cell = 0; cell < MortonGrid::kCubes; ++cell) {
+      std::uint64_t here = 0;
+      float last = -1;
+      for (const auto& span : cells.photons(cell)) {
+        for (const Photon& photon : span) {
+          ASSERT_EQ(cells.grid().cube(photon.position), cell);
+          ASSERT_GT(photon.etendue, last);
+          last = photon.etendue;
+          ASSERT_EQ(photon.position, photons[static_cast<std::size_t>(last)].position);
+        }
+        here += span.size();
+      }
+      ASSERT_EQ(here, cells.size(cell));
+      cells.free(cell);
+      ASSERT_EQ(cells.size(cell), 0u);
+      seen += here;
+    }
+    ASSERT_EQ(seen, n);
+  }
+}
+
+TEST(PhotonCells, KnowTheBoundsOfWhatTheyHold) {
+  EXPECT_TRUE(PhotonCells(kUnit).bounds().empty());
+  PhotonCells cells(kUnit);
+  const std::vector<Photon> photons{{.position = {0.5f, -3, 0.25f}}, {.position = {7, 0.5f, 0.25f}}};  // outside, too
+  cells.append(photons);
+  EXPECT_EQ(cells.bounds().min, Vec3(0.5f, -3, 0.25f));
+  EXPECT_EQ(cells.bounds().max, Vec3(7, 0.5f, 0.25f));
+}
+
+TEST(MortonGrid, CubesAreTheFirstNineBitsOfTheCode) {
+  const MortonGrid grid(kUnit);
+  for (const Photon& photon : anywhere(10'000, 1.1f)) {
+    const Vec3 p = photon.position - 0.05f;
+    ASSERT_EQ(grid.cube(p), grid.code(p) >> (3 * MortonGrid::kAxisBits - 9));
+  }
+}
+
+// A small room under a large sky: the cells are the sky's, and still neighbours in the map are neighbours in the room.
+TEST(PhotonCells, LeavesAreSmallWhereThePhotonsAreInOneCell) {
+  const std::vector<Photon> photons = anywhere(100'000);
+  PhotonCells cells({Vec3(-1e5f), Vec3(1e5f)});
+  cells.append(photons);
+  const PhotonMap map(std::move(cells), false, Execution{});
+  double extent = 0;
+  for (std::uint32_t i = 0; i < map.leaf_count(); ++i) {
+    Bounds3 bounds;
+    for (std::uint32_t k = 0; k < PhotonLeaf::kSize; ++k) bounds.add(map.position(PhotonLeaf::kSize * i + k));
+    extent += static_cast<double>(max_component(bounds.extent())) / map.leaf_count();
+  }
+  EXPECT_LT(extent, 0.1);   // eight of 100 000 share a cube of 0.043
+}
+
+// Kilobytes, as Linux reports them of this process: VmRSS or VmHWM, the most since it was forgotten.
+std::uint64_t resident(const std::string& field) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(field + ":")) return std::stoull(line.substr(field.size() + 1));
+  }
+  return 0;
+}
+
+TEST(PhotonCellsStatistical, TwentyMillionPhotonsBecomeAMapWithinAGigabyte) {
+  constexpr std::uint32_t kPhotons = 20'000'000, kBlock = 10'000;
+  std::ofstream("/proc/self/clear_refs") << 5;   // forgets the peak
+  const std::uint64_t before = resident("VmRSS");
+  PhotonCells cells(kUnit);
+  Rng rng(22, RngPurpose::pilot, 0, 0);
+  std::vector<Photon> block(kBlock);
+  for (std::uint32_t i = 0; i < kPhotons / kBlock; ++i) {
+    for (Photon& photon : block) {
+      const Vec2 u = rng.next2();
+      photon = {.position = {u.x, u.y, rng.next()}, .flux = Rgb(1)};
+    }
+    cells.append(block);
+  }
+  const PhotonMap map(std::move(cells), true, test::workers().execution());
+  ASSERT_EQ(map.size(), kPhotons);
+  const std::uint64_t peak = resident("VmHWM");
+  ASSERT_GT(peak, before + 36 * (kPhotons / 1024));    // it was measured
+  EXPECT_LT(1024 * (peak - before), 1'000'000'000u);
+  EXPECT_LE(map.memory_bytes(), 36ull * kPhotons);
+}
+
+}  // namespace
+}  // namespace photond
