@@ -14,6 +14,10 @@ inline float choose(bool condition, float a, float b) {
   return std::bit_cast<float>((std::bit_cast<std::uint32_t>(a) & mask) | (std::bit_cast<std::uint32_t>(b) & ~mask));
 }
 
+inline Vec3 choose(bool condition, const Vec3& a, const Vec3& b) {
+  return {choose(condition, a.x, b.x), choose(condition, a.y, b.y), choose(condition, a.z, b.z)};
+}
+
 /// sin and cos of |x| ≤ π/4 to float precision (Taylor; the terms left out are below 3·10⁻⁸).
 inline float sin_eighth(float x) {
   const float s = x * x;

@@ -121,7 +121,8 @@ void Bounces::gather(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, 
   branch.path.gathering = true;
 }
 
-bool Bounces::follow(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes, const Merge& merge) {
+bool Bounces::follow(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes,
+                     const Merge& merge) {
   CameraPath& path = walk.path;
   if (lobes.followed == kNoLobe && lobes.gathered_share == 0) return false;
   if (path.depth < kSplitDepth && settings_.technique != Technique::trace) {

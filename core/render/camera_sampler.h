@@ -54,11 +54,30 @@ struct alignas(64) SamplerLanes {
 
   /// Fills lane k with what the sampler returns next, and lets it skip the `pairs` that will be drawn here.
   void set(std::uint32_t k, CameraSampler& sampler, std::uint32_t pairs) {
+    set(k, sampler);
+    sampler.dimension_ += pairs;
+  }
+  void set(std::uint32_t k, const CameraSampler& sampler) {
     index[k] = sampler.index_;
     low[k] = sampler.low_;
     high[k] = sampler.high_;
     dimension[k] = sampler.dimension_;
-    sampler.dimension_ += pairs;
+  }
+  /// The sampler of lane k as it is now.
+  CameraSampler sampler(std::uint32_t k) const {
+    CameraSampler sampler;
+    sampler.index_ = index[k];
+    sampler.low_ = low[k];
+    sampler.high_ = high[k];
+    sampler.dimension_ = dimension[k];
+    return sampler;
+  }
+  /// Copies a lane.
+  void copy(std::uint32_t from, std::uint32_t to) {
+    index[to] = index[from];
+    low[to] = low[from];
+    high[to] = high[from];
+    dimension[to] = dimension[from];
   }
   /// CameraSampler::next2 of the first `count` lanes.
   void next2(std::uint32_t count, float (&x)[kLanes], float (&y)[kLanes]);

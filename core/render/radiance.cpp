@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "core/render/bounces.h"
-#include "core/render/plain_vertices.h"
+#include "core/render/path_walks.h"
 
 namespace photond {
 
@@ -50,26 +50,29 @@ class RadianceWalks {
   }
 
   void advance_all() {
-    std::uint32_t plain = 0, other = 0;
+    std::uint32_t met = 0;
     for (std::uint32_t k = 0; k < live_count_; ++k) {
-      Walk& walk = walks_[live_[k]];
+      const Walk& walk = walks_[live_[k]];
       const Hit hit = hits_[k];
-      const PlacedMesh& mesh = scene_.placed_at(hit);
-      if (is_plain(walk.path, mesh)) {
-        plain_walks_[plain] = live_[k];
-        if (mesh.emissive) bounces_.add_emission(walk, make_surface(scene_.scene, walk.path.ray, hit), hit.t);
-        plain_.set(plain++, mesh, hit, walk.path, walk.rng);
-      } else if (hit.found()) {
-        other_walks_[other] = {live_[k], k};
-        surfaces_.set(other++, mesh, hit, walk.path.ray.direction);
+      if (hit.found()) {
+        met_[met] = {live_[k], k};
+        surfaces_.set(met++, scene_.placed_at(hit), hit, walk.path.ray.direction);
       } else {
         bounces_.add_environment(walk);
       }
     }
+    surfaces_.compute(met);
     live_count_ = 0;
-    if (plain > 0) advance_plain(plain);
-    if (other > 0) advance_other(other);
-    for (std::uint32_t k = 0; k < live_count_; ++k) ++walks_[live_[k]].path.depth;
+    for (std::uint32_t i = 0; i < met; ++i) {
+      Walk& walk = walks_[met_[i].walk];
+      const Hit hit = hits_[met_[i].lane];
+      const bool alive = scene_.placed_at(hit).in_place
+                             ? bounces_.advance(walk, hit, surfaces_.point(i, scene_.scene, hit))
+                             : bounces_.advance(walk, hit, make_surface(scene_.scene, walk.path.ray, hit));
+      ++walk.path.depth;
+      live_[live_count_] = met_[i].walk;
+      live_count_ += alive;
+    }
   }
 
   // Lets branches begin where there is room.
@@ -85,40 +88,6 @@ class RadianceWalks {
     }
   }
 
-  // Whether a path may be advanced by PlainVertices.
-  bool is_plain(const CameraPath& path, const PlacedMesh& mesh) const {
-    return settings_.technique == Technique::trace && mesh.plain && !scene_.lights.empty() &&
-           !path.medium.active() && path.depth < settings_.max_depth;
-  }
-
-  void advance_plain(std::uint32_t count) {
-    plain_.shade(scene_, count);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      Walk& walk = walks_[plain_walks_[i]];
-      bounces_.shadows.add(walk.sample, plain_.shadow.ray(i), plain_.light[i]);
-      walk.path.ray.origin = plain_.origin[i];
-      walk.path.ray.direction = plain_.next_direction[i];
-      walk.path.throughput = plain_.next_throughput[i];
-      walk.path.last_pdf = plain_.next_pdf[i];
-      live_[live_count_] = plain_walks_[i];
-      live_count_ += !is_black(walk.path.throughput);
-    }
-  }
-
-  void advance_other(std::uint32_t count) {
-    surfaces_.compute(count);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const auto [index, k] = other_walks_[i];
-      Walk& walk = walks_[index];
-      const Hit hit = hits_[k];
-      const bool alive = scene_.placed_at(hit).in_place
-                             ? bounces_.advance(walk, hit, surfaces_.point(i, scene_.scene, hit))
-                             : bounces_.advance(walk, hit, make_surface(scene_.scene, walk.path.ray, hit));
-      live_[live_count_] = index;
-      live_count_ += alive;
-    }
-  }
-
   const PreparedScene& scene_;
   const RadianceSettings& settings_;
   Bounces bounces_;
@@ -127,12 +96,10 @@ class RadianceWalks {
   std::uint32_t live_count_ = 0;
   RayLanes rays_{};                              // of the live walks
   HitLanes hits_;
-  PlainVertices plain_{};
-  std::array<std::uint32_t, kLanes> plain_walks_;
-  struct Other {
+  struct Met {
     std::uint32_t walk, lane;   // lane: of its hit
   };
-  std::array<Other, kLanes> other_walks_;
+  std::array<Met, kLanes> met_;
   SurfaceLanes surfaces_{};                      // of those
   std::array<ScaleEstimate, kLanes> gathered_;
 };
@@ -141,6 +108,7 @@ class RadianceWalks {
 
 void estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, std::span<const Ray> rays,
                        std::span<const CameraSampler> samplers, std::span<RadianceSample> samples) {
+  if (settings.technique == Technique::trace) return PathWalks(scene, settings).run(rays, samplers, samples);
   RadianceWalks walks(scene, settings);
   for (std::size_t first = 0; first < rays.size(); first += kLanes) {
     const std::size_t count = std::min<std::size_t>(kLanes, rays.size() - first);

@@ -40,6 +40,13 @@ struct alignas(64) HitLanes {
   std::uint32_t triangle[kLanes], instance[kLanes];
 
   Hit operator[](std::size_t k) const { return {t[k], u[k], v[k], triangle[k], instance[k]}; }
+  void set(std::uint32_t k, const Hit& hit) {
+    t[k] = hit.t;
+    u[k] = hit.u;
+    v[k] = hit.v;
+    triangle[k] = hit.triangle;
+    instance[k] = hit.instance;
+  }
 };
 
 /// Whether rays that lie side by side go much the same way, as those from a camera do: no matter of results.

@@ -256,10 +256,10 @@ DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const 
   return sample;
 }
 
-std::uint32_t Lights::begin_direct(const Scene& scene, std::uint32_t count, const float (&u)[kLanes],
+std::uint32_t Lights::begin_direct(const Scene& scene, std::span<const std::uint32_t> which, const float (&u)[kLanes],
                                    DirectLanes& lanes, std::uint32_t (&others)[kLanes]) const {
   std::uint32_t other_count = 0;
-  for (std::uint32_t k = 0; k < count; ++k) {
+  for (const std::uint32_t k : which) {
     const std::uint32_t light = choice_.sample(u[k]);
     const EmitterTriangle* emitter = light < emitters_.size() ? &emitters_[light] : nullptr;
     const Material* material = emitter != nullptr ? &scene.materials[emitter->material] : nullptr;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/math/alias_table.h"
@@ -121,11 +122,11 @@ class Lights {
   /// A direction towards a light from `point`; black radiance where the light does not shine there. Visibility is
   /// not tested.
   DirectSample sample_direct(const Scene& scene, const Vec3& point, const Vec3& u) const;
-  /// The same in lanes: fills what comes into the first `count`, but for the points and two of three random numbers, of
+  /// The same in lanes: fills what comes into `which` of them, but for the points and two of three random numbers, of
   /// which `u` is the last. Returns how many lanes are left out, since the light that is chosen is no triangle of one
   /// colour, and which ones.
-  std::uint32_t begin_direct(const Scene& scene, std::uint32_t count, const float (&u)[kLanes], DirectLanes& lanes,
-                             std::uint32_t (&others)[kLanes]) const;
+  std::uint32_t begin_direct(const Scene& scene, std::span<const std::uint32_t> which, const float (&u)[kLanes],
+                             DirectLanes& lanes, std::uint32_t (&others)[kLanes]) const;
   /// Density per solid angle with which `sample_direct` finds the emitter surface `s` from the origin of the ray of a
   /// unit direction that meets it after `distance`.
   float pdf_direct(const SurfacePoint& s, const Vec3& direction, float distance) const;

@@ -58,12 +58,7 @@ inline float ggx_visible_pdf(const Vec3& wo, const Vec3& h, float alpha) {
 /// Unpolarized Fresnel reflectance of a dielectric boundary; `eta` is the index beyond it over the index on the
 /// side of the ray, `cos_i` > 0. Sets `cos_t` > 0, or 0 under total internal reflection (where F = 1).
 inline float fresnel_dielectric(float cos_i, float eta, float& cos_t) {
-  const float sin_t_sq = (1 - cos_i * cos_i) / (eta * eta);
-  if (sin_t_sq >= 1) {
-    cos_t = 0;
-    return 1;
-  }
-  cos_t = std::sqrt(1 - sin_t_sq);
+  cos_t = std::sqrt(std::max(1 - (1 - cos_i * cos_i) / (eta * eta), 0.0f));
   const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
   const float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
   return 0.5f * (parallel * parallel + perpendicular * perpendicular);

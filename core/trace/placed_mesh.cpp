@@ -1,19 +1,27 @@
 #include "core/trace/placed_mesh.h"
 
+#include "core/trace/microfacet.h"
+
 namespace photond {
 
 namespace {
 
-// The material has the one lobe of a Lambert surface, as Bsdf finds it, and no texture to scale it. A colour that is
-// not finite is left to where photons are rejected.
-bool is_lambert(const Material& m) {
-  return m.metallic == 0 && m.specular == 0 && m.transmission == 0 && !is_black(m.base_color) &&
-         is_finite(m.base_color) && !m.base_color_texture.used() && !m.normal_texture.used();
+// As Bsdf finds the lobes. A colour that is not finite is left to where photons are rejected.
+Shading shading_of(const Material& m) {
+  if (!is_finite(m.base_color) || m.base_color_texture.used() || m.normal_texture.used()) return Shading::other;
+  if (m.metallic == 0 && m.specular == 0 && m.transmission == 0) return Shading::diffuse;
+  if (!(m.roughness * m.roughness < kSmoothAlpha) || m.metallic_roughness_texture.used()) return Shading::other;
+  if (m.metallic == 1 && !is_black(m.base_color)) return Shading::mirror;
+  const bool textured = m.specular_texture.used() || m.specular_color_texture.used() || m.transmission_texture.used();
+  const bool by_fresnel = m.transmission == 1 && m.specular == 1 && m.specular_color == Rgb(1) && !textured;
+  const bool clear = !m.thin_walled && m.ior != 0 && !(m.attenuation_distance < kInfinity);
+  return m.metallic == 0 && by_fresnel && clear ? Shading::glass : Shading::other;
 }
 
-bool is_plain(const Scene& scene, const Instance& instance) {
+Shading shading_of(const Scene& scene, const Instance& instance) {
   const Mesh& mesh = scene.meshes[instance.mesh];
-  return !instance.moved && mesh.normals.empty() && mesh.colors.empty() && is_lambert(scene.materials[mesh.material]);
+  if (instance.moved || !mesh.colors.empty()) return Shading::other;
+  return shading_of(scene.materials[mesh.material]);
 }
 
 }  // namespace
@@ -25,8 +33,11 @@ std::vector<PlacedMesh> placed_meshes(const Scene& scene) {
   for (const Instance& instance : scene.instances) {
     const Mesh& mesh = scene.meshes[instance.mesh];
     const Material& material = scene.materials[mesh.material];
-    placed.push_back({mesh.triangles.data(), mesh.vertices.data(), material.base_color, is_plain(scene, instance),
-                      material.emissive(), !instance.moved && !material.normal_texture.used()});
+    const Shading shading = shading_of(scene, instance);
+    const bool plain = shading == Shading::diffuse && mesh.normals.empty() && !is_black(material.base_color);
+    const bool in_place = !instance.moved && !material.normal_texture.used();
+    placed.push_back({mesh.triangles.data(), mesh.vertices.data(), material.base_color, plain, material.emissive(),
+                      in_place, shading, material.ior});
   }
   placed.push_back({&kTriangle, &kVertex});
   return placed;

@@ -7,8 +7,16 @@
 
 namespace photond {
 
-/// What a photon needs first of the instance it meets, in half a cache line.
-struct alignas(32) PlacedMesh {
+/// How an instance of one colour scatters light, where that can be computed for several rays side by side.
+enum class Shading : std::uint32_t {
+  other,     ///< by a Bsdf
+  diffuse,   ///< Lambert
+  mirror,    ///< ideal metal
+  glass,     ///< smooth and clear: reflects or refracts by Fresnel's equations, what is refracted takes the colour
+};
+
+/// What a path needs first of the instance it meets, in a cache line.
+struct alignas(64) PlacedMesh {
   const glm::uvec3* triangles;
   const Vertex* vertices;
   Rgb albedo{0};
@@ -17,6 +25,8 @@ struct alignas(32) PlacedMesh {
   bool plain = false;
   bool emissive = false;
   bool in_place = false;                  ///< what SurfaceLanes can do: not moved, no normal texture
+  Shading shading = Shading::other;       ///< other, too, where not `in_place`
+  float ior = 1;                          ///< of glass
 
   /// Asks the cache for a triangle's indices, then (when those have arrived) for its vertices.
   void prefetch_triangle(std::uint32_t triangle) const { __builtin_prefetch(&triangles[triangle]); }

@@ -66,12 +66,16 @@ struct alignas(64) SurfaceLanes {
 
   /// Fills lane k.
   void set(std::uint32_t k, const PlacedMesh& mesh, const Hit& hit, const Vec3& in) {
+    set(k, mesh, hit);
+    direction.set(k, in);
+  }
+  /// The same without the direction.
+  void set(std::uint32_t k, const PlacedMesh& mesh, const Hit& hit) {
     at.set(k, mesh, hit);
     const glm::uvec3& triangle = mesh.triangles[hit.triangle];
     na.set(k, mesh.vertices[triangle.x].normal);
     nb.set(k, mesh.vertices[triangle.y].normal);
     nc.set(k, mesh.vertices[triangle.z].normal);
-    direction.set(k, in);
   }
   /// Computes the first `count`.
   void compute(std::uint32_t count);
