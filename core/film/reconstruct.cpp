@@ -21,10 +21,11 @@ constexpr int kHalfWindow[kBands] = {5, 3, 2, 2};
 constexpr double kOverlap = 1.0 / 3;
 constexpr double kOverlapLeft = 5.0 / 16;
 // What all bands beyond one add up to, over that band: 1/3 for smooth fields (B r² − B (r/2)² = 3 B (r/2)²), 1.6 for
-// the root mean square across a step. Stands for the bands finer than the last, or than one that is not added at all:
-// what they hold cannot be told from their noise. Between the two, nearer to the smooth fields that most pixels see:
-// mean square errors are predicted a fifth too small where steps are all there is, a quarter too large under smooth light.
-constexpr double kBeyond = 0.5;
+// the root mean square across a step. Stands for the bands finer than the last, where the mean of the two is taken, and
+// for those finer than one that is not added at all, where light is mostly smooth. So mean square errors are predicted a
+// fifth too small where steps are all there is, a sixth too large under smooth light.
+constexpr double kBeyondLast = 0.73;
+constexpr double kBeyondNone = 0.4;
 // A share that depends on the very noise it multiplies errs by 4·V·(1 − a)/m more than a fixed one [Stein 1981], m the
 // number of independent values in the window: between one, where kernels are much wider than the window, and many.
 constexpr double kFollow = 4.0 / 2;
@@ -120,7 +121,8 @@ Reconstruction reconstruct(const Film& film, const Execution& execution) {
       picture.mean[i] += share[i] * mean[i];
       variance[i] += share[i] * (share[i] + kOverlap * coarser) * s.variance;
       if (share[i] > 0) variance[i] += kFollow * (1 - share[i]) * s.variance;
-      const double left = 1 - share[i] + (share[i] == 0 || band == kBands - 1 ? kBeyond : 0);
+      const double beyond = share[i] == 0 ? kBeyondNone : band == kBands - 1 ? kBeyondLast : 0;
+      const double left = 1 - share[i] + beyond;
       left_out[i] += left * mean[i];
       bias[i].variance += left * (left + kOverlapLeft * (1 - coarser)) * s.variance;
     });
