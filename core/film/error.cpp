@@ -93,7 +93,8 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
   if (passes < 2 || film.complete.empty()) return {};
   // A degree of freedom for each pixel is plenty for a mean over all.
   const Variance variance(film, 2);
-  const Reconstruction picture = reconstruct(film, execution);
+  const bool banded = !film.bands.empty();   // otherwise the picture is the mean, and nothing is left out
+  const Reconstruction picture = banded ? reconstruct(film, execution) : Reconstruction{};
   const auto width = static_cast<std::size_t>(film.width);
   std::vector<ErrorSums> rows(static_cast<std::size_t>(film.height));
   for_rows(film, execution, [&](std::size_t y) {
@@ -101,8 +102,12 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
       const glm::dvec3 mean = pass_mean(film, i);
       rows[y].dominated += is_dominated(film, i, mean, passes);
       for (int c = 0; c < 3; ++c) {
-        const double v = variance(i, static_cast<std::size_t>(c), mean[c]) + picture.variance[i][c];
-        rows[y].add(v, picture.bias_sq[i][c], picture.mean[i][c]);
+        const double v = variance(i, static_cast<std::size_t>(c), mean[c]);
+        if (banded) {
+          rows[y].add(v + picture.variance[i][c], picture.bias_sq[i][c], picture.mean[i][c]);
+        } else {
+          rows[y].add(v, 0, mean[c]);
+        }
       }
     }
   });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -11,29 +12,36 @@ namespace photond {
 /// 2·10⁷ W·m⁻²·sr⁻¹ and a luminance of 1.6·10⁹ cd·m⁻².
 inline constexpr float kLargestSummand = 0x1p36f;
 
+/// static_cast<double>, which is a branch and a function of the library's for large integers.
+inline double to_double(std::uint64_t x) {
+  return static_cast<double>(static_cast<std::int64_t>(x >> 32)) * 0x1p32 +
+         static_cast<double>(static_cast<std::int64_t>(x & 0xffffffffu));
+}
+
 /// A sum of floats in fixed point: integer addition is associative, so that a sum does not depend on how it was
 /// split. Unit 2⁻⁶⁴ (floats from 2⁻⁴⁰ ≈ 10⁻¹² on are exact, smaller ones are cut), room for 2²⁶ of the largest
 /// summands.
 struct ExactSum {
   unsigned __int128 bits = 0;  ///< two's complement
 
-  /// |x| < kLargestSummand.
+  /// |x| < kLargestSummand. Without branches: which values are black or small, none could predict.
   void add(float x) {
     const auto raw = std::bit_cast<std::uint32_t>(x);
     const int exponent = static_cast<int>((raw >> 23) & 0xff);
-    if (exponent == 0) return;  // zero or below 2⁻¹²⁶
     const unsigned __int128 mantissa = (raw & 0x7fffffu) | 0x800000u;
-    const int shift = exponent - 150 + 64;  // x = ±mantissa·2^(exponent − 150)
-    if (shift <= -24) return;
-    const unsigned __int128 magnitude = shift >= 0 ? mantissa << shift : mantissa >> -shift;
-    bits += (raw >> 31) != 0 ? -magnitude : magnitude;
+    // x = ±mantissa·2^(exponent − 150) = ±mantissa·2^(exponent − 62)·2⁻²⁴ units; what is below one is cut.
+    const unsigned __int128 magnitude = mantissa << std::max(exponent - 62, 0) >> 24;
+    const unsigned __int128 sign = -static_cast<unsigned __int128>(raw >> 31);   // all bits or none
+    bits += (magnitude ^ sign) - sign;
   }
   void add(const ExactSum& other) { bits += other.bits; }
 
   double value() const {
     const bool negative = (bits >> 127) != 0;
-    const double magnitude = static_cast<double>(negative ? -bits : bits) * 0x1p-64;
-    return negative ? -magnitude : magnitude;
+    const unsigned __int128 magnitude = negative ? -bits : bits;
+    const double value = to_double(static_cast<std::uint64_t>(magnitude >> 64)) +
+                         to_double(static_cast<std::uint64_t>(magnitude)) * 0x1p-64;
+    return negative ? -value : value;
   }
   bool operator==(const ExactSum&) const = default;
 };
@@ -46,24 +54,22 @@ struct ExactSquareSum {
   void add_square(double x) {
     const auto raw = std::bit_cast<std::uint64_t>(x * x);
     const int exponent = static_cast<int>(raw >> 52);
-    if (exponent == 0) return;
     const std::uint64_t mantissa = (raw & 0xfffffffffffffu) | 0x10000000000000u;
     const int shift = exponent - 1075 + 96;  // x² = mantissa·2^(exponent − 1075)
     if (shift >= 64) {
       const unsigned __int128 wide = static_cast<unsigned __int128>(mantissa) << (shift - 64);
       add(0, static_cast<std::uint64_t>(wide), static_cast<std::uint64_t>(wide >> 64));
-    } else if (shift >= 0) {
-      const unsigned __int128 wide = static_cast<unsigned __int128>(mantissa) << shift;
+    } else {
+      // As above without branches: one of the two shifts is by nothing, or leaves nothing.
+      const unsigned __int128 wide = static_cast<unsigned __int128>(mantissa >> std::clamp(-shift, 0, 63))
+                                     << std::max(shift, 0);
       add(static_cast<std::uint64_t>(wide), static_cast<std::uint64_t>(wide >> 64), 0);
-    } else if (shift > -53) {
-      add(mantissa >> -shift, 0, 0);
     }
   }
   void add(const ExactSquareSum& other) { add(other.words[0], other.words[1], other.words[2]); }
 
   double value() const {
-    return static_cast<double>(words[2]) * 0x1p32 + static_cast<double>(words[1]) * 0x1p-32 +
-           static_cast<double>(words[0]) * 0x1p-96;
+    return to_double(words[2]) * 0x1p32 + to_double(words[1]) * 0x1p-32 + to_double(words[0]) * 0x1p-96;
   }
   bool operator==(const ExactSquareSum&) const = default;
 
