@@ -16,7 +16,8 @@ class RadianceWalks {
   RadianceWalks(const PreparedScene& scene, const RadianceSettings& settings)
       : scene_(scene), settings_(settings), bounces_(scene, settings) {}
 
-  void run(std::span<const Ray> rays, std::span<const CameraSampler> samplers, std::span<RadianceSample> samples) {
+  void run(std::span<const Ray> rays, std::span<const CameraSampler> samplers, std::span<RadianceSample> samples,
+           std::span<Bands> bands) {
     gathered_ = {};
     bounces_.begin(samples, gathered_);
     for (std::uint32_t i = 0; i < rays.size(); ++i) start(walks_[i], i, rays[i], samplers[i]);
@@ -28,10 +29,8 @@ class RadianceWalks {
       bounces_.shadows.trace();
       begin_branches();
     }
-    for (std::uint32_t i = 0; i < samples.size(); ++i) {
-      samples[i].radiance += gathered_[i].widest;
-      samples[i].bands = gathered_[i].bands;
-    }
+    for (std::uint32_t i = 0; i < samples.size(); ++i) samples[i].radiance += gathered_[i].widest;
+    for (std::uint32_t i = 0; i < bands.size(); ++i) bands[i] = gathered_[i].bands;
   }
 
  private:
@@ -107,12 +106,14 @@ class RadianceWalks {
 }  // namespace
 
 void estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, std::span<const Ray> rays,
-                       std::span<const CameraSampler> samplers, std::span<RadianceSample> samples) {
+                       std::span<const CameraSampler> samplers, std::span<RadianceSample> samples,
+                       std::span<Bands> bands) {
   if (settings.technique == Technique::trace) return PathWalks(scene, settings).run(rays, samplers, samples);
   RadianceWalks walks(scene, settings);
   for (std::size_t first = 0; first < rays.size(); first += kLanes) {
     const std::size_t count = std::min<std::size_t>(kLanes, rays.size() - first);
-    walks.run(rays.subspan(first, count), samplers.subspan(first, count), samples.subspan(first, count));
+    walks.run(rays.subspan(first, count), samplers.subspan(first, count), samples.subspan(first, count),
+              bands.empty() ? bands : bands.subspan(first, count));
   }
 }
 

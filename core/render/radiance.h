@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -40,17 +41,22 @@ struct RadianceSettings {
 /// An estimate of radiance in W·m⁻²·sr⁻¹.
 struct RadianceSample {
   Rgb radiance{0};   ///< with the widest radius where photons take part
-  Bands bands;       ///< density, merge: what the narrower radii add to `radiance`
   bool truncated = false;   ///< the path was cut after max_depth bounces: the light of longer ones is missing
 };
 
 /// The radiance arriving along −direction at the origin of each ray, with the sampler that belongs to it. Unbiased for
 /// Technique::trace; otherwise with the bias of the density estimate, which vanishes with the radius (density, merge).
-/// The three are of one length; the last bits of a sample may depend on the rays beside it.
+/// The three are of one length; the last bits of a sample may depend on the rays beside it. `bands`, for density and
+/// merge: what the narrower radii add to the radiance; of that length, too, or none.
 void estimate_incoming(const PreparedScene& scene, const RadianceSettings& settings, std::span<const Ray> rays,
-                       std::span<const CameraSampler> samplers, std::span<RadianceSample> samples);
+                       std::span<const CameraSampler> samplers, std::span<RadianceSample> samples,
+                       std::span<Bands> bands = {});
 
-/// A length at which setting out does not count.
-inline constexpr std::size_t kSamplesTogether = 8 * kLanes;
+/// Into what lengths so many samples are to be divided: setting out and the last paths hardly count, but there are enough
+/// for many threads.
+inline constexpr std::size_t kMostSamplesTogether = 32 * kLanes;
+inline std::size_t samples_together(std::size_t samples) {
+  return std::clamp<std::size_t>(samples / 64, 8 * kLanes, kMostSamplesTogether) / kLanes * kLanes;
+}
 
 }  // namespace photond

@@ -150,20 +150,21 @@ Result<PassImage> render_pass(const RenderTask& task, std::uint32_t pass, const 
   if (settings.technique == Technique::density || settings.technique == Technique::merge) image.bands.resize(image.radiance.pixels.size());
   std::atomic<std::uint64_t> truncated{0};
   const std::size_t pixels = image.radiance.pixels.size();
-  parallel_for(execution, (pixels + kSamplesTogether - 1) / kSamplesTogether, 1, [&](std::size_t block) {
-    const std::size_t first = block * kSamplesTogether;
-    const std::size_t count = std::min(kSamplesTogether, pixels - first);
-    std::array<Ray, kSamplesTogether> rays;
-    std::array<CameraSampler, kSamplesTogether> samplers;
-    std::array<RadianceSample, kSamplesTogether> samples{};
+  const std::size_t together = samples_together(pixels);
+  parallel_for(execution, (pixels + together - 1) / together, 1, [&](std::size_t block) {
+    const std::size_t first = block * together;
+    const std::size_t count = std::min(together, pixels - first);
+    std::array<Ray, kMostSamplesTogether> rays;
+    std::array<CameraSampler, kMostSamplesTogether> samplers;
+    std::array<RadianceSample, kMostSamplesTogether> samples;
     film_rays(task.camera, {width, height, task.settings.seed, pass, first}, std::span(rays).first(count),
               std::span(samplers).first(count));
     estimate_incoming(*task.scene, settings, std::span(rays).first(count), std::span(samplers).first(count),
-                      std::span(samples).first(count));
+                      std::span(samples).first(count),
+                      image.bands.empty() ? std::span<Bands>() : std::span(image.bands).subspan(first, count));
     for (std::size_t i = 0; i < count; ++i) {
       image.radiance.pixels[first + i] = samples[i].radiance;
       if (samples[i].truncated) truncated.fetch_add(1, std::memory_order_relaxed);
-      if (!image.bands.empty()) image.bands[first + i] = samples[i].bands;
     }
   });
   if (execution.cancelled()) return cancelled();
