@@ -130,7 +130,9 @@ TEST(DirectLanes, SampleWhatLightsSampleOneByOne) {
     EXPECT_LT(glm::distance(lanes.wi[k], one.wi), kRounding);
     EXPECT_LT(glm::distance(lanes.target[k], one.target), kRounding);
     EXPECT_LT(glm::distance(lanes.radiance[k], one.radiance), kRounding * (1 + glm::length(one.radiance)));
-    if (!is_black(one.radiance)) EXPECT_NEAR(lanes.pdf_w[k] / one.pdf_w, 1, kRounding);
+    if (!is_black(one.radiance)) {
+      EXPECT_NEAR(lanes.pdf_w[k] / one.pdf_w, 1, kRounding);
+    }
   }
   EXPECT_GT(triangles, 0);
   EXPECT_LT(triangles, static_cast<int>(kLanes)) << "point light and environment take their turns";
