@@ -25,6 +25,8 @@ function row(job: Job, title: string, text: string, watched: string | null): HTM
   return make('li', {}, link);
 }
 
-function about(job: Job): string {
-  return `${format_count(job.passes)} ${job.passes === 1 ? 'pass' : 'passes'} · ${job.width} × ${job.height}`;
+/** What the list says of `job` beside its state. */
+export function about(job: Job): string {
+  const biased = job.plan?.biased ? ' · biased preview' : '';
+  return `${format_count(job.passes)} ${job.passes === 1 ? 'pass' : 'passes'} · ${job.width} × ${job.height}${biased}`;
 }

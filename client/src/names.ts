@@ -15,7 +15,7 @@ export const kMethodHints: Record<Method, string> = {
   auto: 'Chosen by what the scene needs.',
   progressive: 'Photon maps with shrinking radius: right in the end, caustics included.',
   hybrid: 'Paths, and photons for light by way of mirrors and glass: right in the end.',
-  photon_map: 'One reused map and final gather: quick and smooth, but biased.',
+  photon_map: 'One reused map and final gather: a preview, biased by what no estimate contains.',
   path: 'Path tracing: unbiased, but slow to find caustics.',
 };
 

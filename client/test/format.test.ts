@@ -1,6 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import { log_axis, log_ticks } from '../src/chart';
 import { format_count, format_lengths, format_percent, format_seconds } from '../src/format';
+import { about } from '../src/job_list';
 import { error_notes, progress_of } from '../src/job_panel';
 import { a_job } from './messages';
 
@@ -48,6 +49,15 @@ describe('error_notes', () => {
   it('says what it does not contain', () => {
     expect(error_notes(a_job({ bias: 0, plan }))).toEqual(['noise only']);
     expect(error_notes(a_job({ bias: 0, rejected_samples: 3 }))).toEqual(['3 samples rejected']);
+  });
+});
+
+describe('the list of jobs', () => {
+  it('tells how far a job is, and that its method is biased', () => {
+    const plan = { method: 'photon_map' as const, biased: true, uses_maps: true, items: [] };
+    expect(about(a_job({ passes: 1, width: 64, height: 48 }))).toBe('1 pass · 64 × 48');
+    expect(about(a_job({ passes: 2, width: 64, height: 48, plan }))).toBe('2 passes · 64 × 48 · biased preview');
+    expect(about(a_job({ passes: 0, width: 64, height: 48, plan: null }))).toBe('0 passes · 64 × 48');
   });
 });
 
