@@ -37,6 +37,10 @@ for (const width of [1280, 390]) {
     expect(await page.locator('main .schema').count()).toBe(Object.keys(contract.components.schemas).length);
     expect(await page.locator('#submitJob').textContent()).toContain('key: submit');
     expect(await page.locator('#schema-JobSpec').textContent()).toContain('whole number, 1 to 16384; default 512');
+    const examples = await page.locator('main .operation').evaluateAll((cards) =>
+      cards.map((card) => [...card.querySelectorAll('summary')].map((summary) => summary.textContent)));
+    for (const titles of examples) expect(new Set(titles).size).toBe(titles.length);
+    expect(await page.locator('#schema-Problem details').count()).toBe(1);
     // Every link within the page leads somewhere, and nothing is wider than the page.
     const dead = await page.locator('a[href^="#"]').evaluateAll((links) =>
       links.map((link) => link.getAttribute('href')!.slice(1)).filter((id) => !document.getElementById(id)));
