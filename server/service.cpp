@@ -76,8 +76,10 @@ Status check_options(const ServiceOptions& options) {
   if (options.port < 0 || options.port > 65'535) return invalid_input("the port must be from 0 to 65535");
   if (options.threads < 0 || options.threads > 1024) return invalid_input("threads must be from 0 to 1024");
   for (const int count : {options.max_streams, options.max_uploads, options.max_requests}) {
-    if (count < 1 || count > 10'000) return invalid_input("streams, uploads and requests must be from 1 to 10000");
+    if (count < 1 || count > kMaxSeats)
+      return invalid_input("streams, uploads and requests must be from 1 to " + std::to_string(kMaxSeats));
   }
+  if (options.max_live_jobs < 1 || options.max_pixels < 1) return invalid_input("jobs and pixels must be at least 1");
   return Done{};
 }
 
@@ -150,6 +152,8 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
   if (const Result<Digest>& program = running_program(); !program) return program.error();
   Result<Contract> contract = Contract::read(kOpenApiText);
   if (!contract) return contract.error();
+  Result<Cors> cors = Cors::of(options.cors_origins);
+  if (!cors) return cors.error();
   Result<Stored> stored = Stored::open(options);
   if (!stored) return stored.error();
   auto state = std::make_unique<State>(options, std::move(*contract), std::move(*stored));
@@ -157,8 +161,6 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
     if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added)
       return added.error();
   }
-  Result<Cors> cors = Cors::of(options.cors_origins);
-  if (!cors) return cors.error();
   state->jobs.recover();
   Result<std::vector<Route>> routes = make_routes(state->api);
   if (!routes) return routes.error();

@@ -10,6 +10,9 @@
 
 namespace photond {
 
+/// The largest of the counts of streams, uploads and requests at once: each may cost a thread.
+inline constexpr int kMaxSeats = 10'000;
+
 /// What a service is started with. Sizes are budgets: the service stays near them, pinned data aside.
 struct ServiceOptions {
   std::string host = "127.0.0.1";

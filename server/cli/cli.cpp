@@ -3,15 +3,19 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
+#include <cstdint>
 #include <iostream>
+#include <map>
 #include <string>
 
 #include "server/cli/commands.h"
+#include "server/cli/options.h"
 #include "server/store/data_directory.h"
 
 namespace photond {
 namespace {
+
+constexpr Range<double> kAny{-INFINITY, INFINITY};  ///< check_settings knows better
 
 /// Parses "WxH".
 bool parse_size(const std::string& text, RenderSettings& settings) {
@@ -34,22 +38,19 @@ bool parse_passes(const std::string& text, PassRange& passes) {
 void add_environment_options(CLI::App& app, EnvironmentOptions& environment) {
   CLI::Option* const file = app.add_option("--environment", environment.file,
                                            "Light the scene from around by this equirectangular .exr or .hdr file");
-  app.add_option_function<float>(
-         "--environment-rotation",
-         [&environment](const float& degrees) {
-           if (!(std::abs(degrees) <= 360)) throw CLI::ValidationError("--environment-rotation", "expects -360 to 360");
-           environment.rotation_deg = degrees;
-         },
-         "Degrees by which it is turned about the vertical, +X towards -Z (default: 0)")
+  add_number(app, "--environment-rotation",
+             [&environment](double degrees) { environment.rotation_deg = static_cast<float>(degrees); }, {-360, 360},
+             "Degrees by which it is turned about the vertical, +X towards -Z (default: 0)")
       ->needs(file);
-  app.add_option_function<float>(
-         "--environment-scale",
-         [&environment](const float& scale) {
-           if (!(scale >= 0 && scale <= 1e9f)) throw CLI::ValidationError("--environment-scale", "expects 0 to 1e9");
-           environment.scale = scale;
-         },
-         "Factor of its radiance (default: 1)")
+  add_number(app, "--environment-scale",
+             [&environment](double scale) { environment.scale = static_cast<float>(scale); }, {0, 1e9},
+             "Factor of its radiance (default: 1)")
       ->needs(file);
+}
+
+void add_threads(CLI::App& app, int& threads) {
+  add_whole<int>(app, "--threads", [&threads](int count) { threads = count; }, {0, 1024},
+                 "Render threads (default: one per core)");
 }
 
 void add_task_options(CLI::App& app, TaskOptions& command) {
@@ -73,15 +74,16 @@ void add_task_options(CLI::App& app, TaskOptions& command) {
          },
          "auto, path, photon_map, progressive or hybrid (default: auto)")
       ->type_name("NAME");
-  app.add_option("--photons", command.photons.photons_per_pass, "Photon paths emitted per pass")
-      ->capture_default_str();
-  app.add_option("--radius", command.settings.radius,
-                 "Widest gather radius of the first pass in metres (default: chosen for each gather)");
-  app.add_option_function<std::uint64_t>(
-      "--seed", [&command](const std::uint64_t& seed) { command.settings.seed = command.photons.seed = seed; },
-      "Number that selects the random sequence (default: 0)");
-  app.add_option("--threads", command.threads, "Render threads (default: one per core)")
-      ->check(CLI::Range(0, 1024).description(""));
+  add_whole<std::uint32_t>(
+      app, "--photons", [&command](std::uint32_t photons) { command.photons.photons_per_pass = photons; },
+      {1, 100'000'000},
+      "Photon paths emitted per pass (default: " + std::to_string(command.photons.photons_per_pass) + ")");
+  add_number(app, "--radius", [&command](double radius) { command.settings.radius = static_cast<float>(radius); }, kAny,
+             "Widest gather radius of the first pass in metres (default: chosen for each gather)");
+  add_whole<std::uint64_t>(
+      app, "--seed", [&command](std::uint64_t seed) { command.settings.seed = command.photons.seed = seed; },
+      {0, UINT64_MAX}, "Number that selects the random sequence (default: 0)");
+  add_threads(app, command.threads);
 }
 
 void add_outputs(CLI::App& app, std::vector<std::string>& outputs, std::string& report) {
@@ -99,10 +101,12 @@ CLI::App* add_render(CLI::App& app, RenderCommand& command) {
   CLI::App* const render = app.add_subcommand("render", "Render a glTF scene to picture files");
   add_task_options(*render, command.task);
   add_outputs(*render, command.outputs, command.report);
-  render->add_option("--passes", command.stop.passes, "Stop after this many passes");
-  render->add_option("--seconds", command.stop.seconds, "Stop after this many seconds of rendering");
-  render->add_option("--error", command.stop.relative_error,
-                     "Stop below this estimated relative error, noise and bias together");
+  add_whole<std::uint32_t>(*render, "--passes", [&command](std::uint32_t passes) { command.stop.passes = passes; },
+                           {1, UINT32_MAX}, "Stop after this many passes");
+  add_number(*render, "--seconds", [&command](double seconds) { command.stop.seconds = seconds; }, kAny,
+             "Stop after this many seconds of rendering");
+  add_number(*render, "--error", [&command](double error) { command.stop.relative_error = error; }, kAny,
+             "Stop below this estimated relative error, noise and bias together");
   render->add_option("--reference", command.reference, "EXR file of the true picture: report the true error as well");
   render->footer(
       "Without a stop option: 60 seconds or a relative error of 0.02, whichever comes first.\n"
@@ -151,22 +155,43 @@ CLI::App* add_compare(CLI::App& app, CompareCommand& command) {
   return compare;
 }
 
+constexpr std::uint64_t kMaxMegabytes = 1ull << 24;  // 16 TiB: keeps shifts to bytes from overflowing
+
 void add_megabytes(CLI::App& app, const std::string& name, std::uint64_t& bytes,
                    const std::string& description) {
-  constexpr std::uint64_t kMost = 1ull << 24;  // 16 TiB: keeps the shift below from overflowing
-  app.add_option_function<std::uint64_t>(
-         name, [&bytes](const std::uint64_t& mb) { bytes = mb << 20; },
-         description + " (default: " + std::to_string(bytes >> 20) + ")")
-      ->check(CLI::Range(std::uint64_t{0}, kMost).description(""))
+  add_whole<std::uint64_t>(app, name, [&bytes](std::uint64_t mb) { bytes = mb << 20; }, {0, kMaxMegabytes},
+                           description + " (default: " + std::to_string(bytes >> 20) + ")")
       ->type_name("MB");
+}
+
+void add_log_level(CLI::App& app, LogLevel& log_level) {
+  const std::map<std::string, LogLevel> levels{{"debug", LogLevel::debug},
+                                               {"info", LogLevel::info},
+                                               {"warning", LogLevel::warning},
+                                               {"error", LogLevel::error},
+                                               {"off", LogLevel::off}};
+  app.add_option_function<std::string>(
+         "--log-level",
+         [levels, &log_level](const std::string& text) {
+           const auto level = levels.find(text);
+           if (level == levels.end()) {
+             throw CLI::ValidationError("--log-level", "expects debug, info, warning, error or off");
+           }
+           log_level = level->second;
+         },
+         "Least level of the JSON lines on stderr (default: info)")
+      ->type_name("NAME");
+}
+
+void add_count(CLI::App& app, const std::string& name, int& count, Range<int> range, const std::string& description) {
+  add_whole<int>(app, name, [&count](int n) { count = n; }, range,
+                 description + " (default: " + std::to_string(count) + ")");
 }
 
 CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level) {
   CLI::App* const serve = app.add_subcommand("serve", "Serve the HTTP interface and the web client");
   serve->add_option("--host", options.host, "Address to listen on")->capture_default_str();
-  serve->add_option("--port", options.port, "Port to listen on; 0: any free one")
-      ->check(CLI::Range(0, 65535).description(""))
-      ->capture_default_str();
+  add_count(*serve, "--port", options.port, {0, 65'535}, "Port to listen on; 0: any free one");
   serve->add_option("--cors-origin", options.cors_origins,
                     "Another site whose pages may use this service, as https://example.org; repeatable (default: none)");
   serve->add_flag("--insecure", options.insecure, "Serve an address that others can reach though no keys exist");
@@ -175,36 +200,27 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
                     "Folder for jobs, scenes, pictures, maps and keys (default: $XDG_DATA_HOME/photond or ~/.local/share/photond)");
   serve->add_option("--samples", options.samples_dir, "Folder of .glb files to offer as samples");
   serve->add_option("--client", options.client_dir, "Folder of the built web client");
-  serve->add_option("--threads", options.threads, "Render threads (default: one per core)")
-      ->check(CLI::Range(0, 1024).description(""));
+  add_threads(*serve, options.threads);
   add_megabytes(*serve, "--map-cache-mb", options.map_cache_bytes, "Memory for cached photon maps");
   add_megabytes(*serve, "--map-disk-mb", options.map_disk_bytes, "Disk for cached photon maps; 0: none");
   add_megabytes(*serve, "--scene-cache-mb", options.scene_cache_bytes, "Memory for prepared scenes");
   add_megabytes(*serve, "--disk-quota-mb", options.disk_quota_bytes, "What the data folder may take; 0: no limit");
   add_megabytes(*serve, "--disk-reserve-mb", options.disk_reserve_bytes, "Space to leave free on its disk");
   add_megabytes(*serve, "--max-upload-mb", options.max_upload_bytes, "Largest upload");
-  serve->add_option("--max-pixels", options.max_pixels, "Largest picture, in pixels")->capture_default_str();
-  serve->add_option("--max-jobs", options.max_live_jobs, "Jobs waiting and running at once")
-      ->capture_default_str();
-  serve->add_option("--max-streams", options.max_streams, "Event streams and long polls at once")
-      ->capture_default_str();
-  serve->add_option_function<double>(
-           "--drain-seconds",
-           [&options](const double& seconds) {
-             options.drain_time = std::chrono::milliseconds(static_cast<std::int64_t>(1000 * seconds));
-           },
-           "For running jobs to be put away after SIGTERM; the process then ends all the same (default: 18)")
-      ->check(CLI::Range(0.0, 3600.0).description(""));
-  const std::map<std::string, LogLevel> levels{{"debug", LogLevel::debug},
-                                               {"info", LogLevel::info},
-                                               {"warning", LogLevel::warning},
-                                               {"error", LogLevel::error},
-                                               {"off", LogLevel::off}};
-  serve->add_option("--log-level", log_level, "Least level of the JSON lines on stderr (default: info)")
-      ->transform(CLI::CheckedTransformer(levels, CLI::ignore_case).description(""))
-      ->type_name("debug|info|warning|error|off");
-  serve->add_option("--max-uploads", options.max_uploads, "Uploads at once")->capture_default_str();
-  serve->add_option("--max-requests", options.max_requests, "Other requests at once")->capture_default_str();
+  add_whole<std::uint64_t>(*serve, "--max-pixels", [&options](std::uint64_t pixels) { options.max_pixels = pixels; },
+                           {1, std::uint64_t{1} << 28},  // of 16384 by 16384, the largest film
+                           "Largest picture, in pixels (default: " + std::to_string(options.max_pixels) + ")");
+  add_count(*serve, "--max-jobs", options.max_live_jobs, {1, 1'000'000}, "Jobs waiting and running at once");
+  add_count(*serve, "--max-streams", options.max_streams, {1, kMaxSeats}, "Event streams and long polls at once");
+  add_count(*serve, "--max-uploads", options.max_uploads, {1, kMaxSeats}, "Uploads at once");
+  add_count(*serve, "--max-requests", options.max_requests, {1, kMaxSeats}, "Other requests at once");
+  add_number(
+      *serve, "--drain-seconds",
+      [&options](double seconds) {
+        options.drain_time = std::chrono::milliseconds(static_cast<std::int64_t>(1000 * seconds));
+      },
+      {0, 3600}, "For running jobs to be put away after SIGTERM; the process then ends all the same (default: 18)");
+  add_log_level(*serve, log_level);
   return serve;
 }
 
@@ -223,11 +239,14 @@ CLI::App* add_key(CLI::App& app, KeyCommand& command) {
       ->required()
       ->check(CLI::IsMember({"read", "submit", "admin"}).description(""));
   create->add_option("--label", command.label, "What the list shows beside it");
-  create->add_option("--max-jobs", command.limits.jobs, "Its jobs that have not ended");
-  create->add_option_function<std::uint64_t>(
-            "--max-mb", [&command](const std::uint64_t& mb) { command.limits.bytes = mb << 20; }, "Its uploaded scenes and environments, in MB")
-      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 24).description(""));
-  create->add_option("--max-streams", command.limits.streams, "Event streams and long polls at once");
+  KeyLimits& limits = command.limits;
+  constexpr Range<std::uint64_t> kCounts{0, 1'000'000};
+  add_whole<std::uint64_t>(*create, "--max-jobs", [&limits](std::uint64_t jobs) { limits.jobs = jobs; }, kCounts,
+                           "Its jobs that have not ended");
+  add_whole<std::uint64_t>(*create, "--max-mb", [&limits](std::uint64_t mb) { limits.bytes = mb << 20; },
+                           {0, kMaxMegabytes}, "Its uploaded scenes and environments, in MB");
+  add_whole<std::uint64_t>(*create, "--max-streams", [&limits](std::uint64_t streams) { limits.streams = streams; },
+                           kCounts, "Event streams and long polls at once");
   add_action("list", "List the keys", KeyCommand::Action::list);
   add_action("revoke", "Forget a key; a running service refuses it from now on", KeyCommand::Action::revoke)
       ->add_option("ID", command.id, "As the list shows it")
@@ -259,7 +278,7 @@ int print_failure(const std::string& subject, const Error& error) {
 int run_cli(int argc, char** argv) {
   CLI::App app("photond renders glTF scenes with global illumination by photon mapping.", "photond");
   app.set_version_flag("--version", "photond " PHOTOND_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);  // not 1: a misspelt one would be told as a missing one
   RenderCommand render;
   TaskCommand task;
   MergeCommand merge;
@@ -280,6 +299,7 @@ int run_cli(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return print_parse_result(app, error);
   }
+  if (app.get_subcommands().empty()) return print_usage_error("a command is required (see photond --help)");
   if (render_app->parsed()) return run_render(render);
   if (task_app->parsed()) return run_task(task);
   if (merge_app->parsed()) return run_merge(merge);

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/cli/program.h"
 
 namespace photond::test {
@@ -50,11 +52,37 @@ TEST(Usage, WrongCommandLinesExitWithTwoAndOneSentence) {
   }
 }
 
-TEST(Usage, SettingsOutOfRangeNameTheOption) {
-  EXPECT_NE(run_photond({"render", "a.glb", "-o", "a.png", "--size", "0x5"}).err.find("--size"),
-            std::string::npos);
-  EXPECT_NE(run_photond({"render", "a.glb", "-o", "a.png", "--error", "0"}).err.find("--error"),
-            std::string::npos);
+TEST(Usage, SettingsOutOfRangeNameTheOptionAndTheRange) {
+  const std::string most = "18446744073709551615";
+  const std::vector<std::array<std::string, 4>> wrong = {
+      {"render", "--size", "0x5", "must be 1 to 16384"},
+      {"render", "--error", "0", "must be a positive number"},
+      {"render", "--error", "x", "expects a number"},
+      {"render", "--radius", "nan", "must be a positive number of metres, or 0 for automatic"},
+      {"render", "--radius", "1e39", "must be a positive number of metres, or 0 for automatic"},
+      {"render", "--seconds", "inf", "must be a positive number"},
+      {"render", "--passes", "0", "expects a whole number from 1 to 4294967295"},
+      {"render", "--photons", "100000001", "expects a whole number from 1 to 100000000"},
+      {"render", "--photons", "1e6", "expects a whole number from 1 to 100000000"},
+      {"render", "--seed", "-1", "expects a whole number from 0 to " + most},
+      {"render", "--seed", most + "0", "expects a whole number from 0 to " + most},
+      {"render", "--threads", "1025", "expects a whole number from 0 to 1024"},
+      {"serve", "--port", "65536", "expects a whole number from 0 to 65535"},
+      {"serve", "--max-pixels", "0", "expects a whole number from 1 to 268435456"},
+      {"serve", "--max-jobs", "-5", "expects a whole number from 1 to 1000000"},
+      {"serve", "--max-streams", "0", "expects a whole number from 1 to 10000"},
+      {"serve", "--drain-seconds", "nan", "expects a number from 0 to 3600"},
+      {"serve", "--log-level", "loud", "expects debug, info, warning, error or off"},
+  };
+  for (const auto& [command, option, value, words] : wrong) {
+    std::vector<std::string> arguments = {command, option, value};
+    if (command == "render") arguments.insert(arguments.begin() + 1, {"a.glb", "-o", "a.png"});
+    const Outcome run = run_photond(arguments);
+    EXPECT_EQ(run.code, 2) << option << " " << value;
+    EXPECT_EQ(run.err.find("photond: " + option + ": " + words), 0u) << option << " " << value << "\n" << run.err;
+  }
+  EXPECT_NE(run_photond({"key", "create", "--scope", "read", "--max-jobs", "-1"}).err.find("--max-jobs"), std::string::npos);
+  EXPECT_NE(run_photond({"paint"}).err.find("paint"), std::string::npos);
 }
 
 TEST(Usage, HelpAndVersionSucceed) {
