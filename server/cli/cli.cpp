@@ -268,6 +268,13 @@ int print_usage_error(const std::string& message) {
   return kExitUsage;
 }
 
+int print_refusal(const Status& outputs) {
+  if (outputs) return kExitOk;
+  const Error& error = outputs.error();
+  if (error.code == ErrorCode::invalid_input) return print_usage_error(error.where + ": " + error.message);
+  return print_failure(error.where, {error.code, error.message, {}});
+}
+
 int print_failure(const std::string& subject, const Error& error) {
   std::string text = "photond: " + subject;
   if (!error.where.empty()) text += (text.back() == ' ' ? "" : ": ") + error.where;

@@ -91,6 +91,9 @@ int run_key(const KeyCommand& command);
 /// Prints `photond: <message>` to stderr and returns kExitUsage.
 int print_usage_error(const std::string& message);
 
+/// Prints why outputs were refused, `photond: <where>: <message>`, and returns the exit code: kExitOk where they were not.
+int print_refusal(const Status& outputs);
+
 /// Prints `photond: <subject>: <where>: <message>` to stderr and returns kExitFailure.
 int print_failure(const std::string& subject, const Error& error);
 

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -11,6 +12,38 @@ namespace photond {
 namespace {
 
 Error io_error(const std::string& what) { return {ErrorCode::io, what + ": " + std::strerror(errno), {}}; }
+
+/// Where a file is written before it has its name.
+std::filesystem::path part_of(const std::filesystem::path& path) {
+  auto part = path;
+  part += ".part" + std::to_string(getpid());
+  return part;
+}
+
+Status check_writable(const std::filesystem::path& path) {
+  std::error_code failure;
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  if (!std::filesystem::is_directory(folder, failure)) {
+    return Error{ErrorCode::io, "cannot be written: its folder does not exist", {}};
+  }
+  if (std::filesystem::is_directory(path, failure)) {
+    return Error{ErrorCode::io, "cannot be written: it is a folder", {}};
+  }
+  // Permissions alone do not tell: nobody may write to /proc or to a read-only disk.
+  const auto part = part_of(path);
+  if (!std::ofstream(part, std::ios::binary)) return io_error("cannot be written");
+  std::filesystem::remove(part, failure);
+  return Done{};
+}
+
+/// Whether both names lead to one file, which need not exist yet.
+bool is_same_file(const std::string& a, const std::string& b) {
+  std::error_code failure;
+  const auto whole = [&failure](const std::string& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, failure), failure);
+  };
+  return whole(a) == whole(b);
+}
 
 }  // namespace
 
@@ -37,8 +70,7 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std:
 }
 
 Status write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  auto part = path;
-  part += ".part" + std::to_string(getpid());
+  const auto part = part_of(path);
   std::ofstream file(part, std::ios::binary | std::ios::trunc);
   if (!file) return io_error("cannot be written");
   file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -56,16 +88,15 @@ Status write_file(const std::filesystem::path& path, std::span<const std::byte> 
   return error;
 }
 
-Status check_writable(const std::filesystem::path& path) {
-  std::error_code failure;
-  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-  if (!std::filesystem::is_directory(folder, failure)) {
-    return Error{ErrorCode::io, "cannot be written: its folder does not exist", {}};
+Status check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const auto is_this = [&](const std::string& other) { return is_same_file(outputs[i], other); };
+    if (std::any_of(outputs.begin(), outputs.begin() + static_cast<std::ptrdiff_t>(i), is_this))
+      return invalid_input("would be written twice", outputs[i]);
+    if (std::any_of(inputs.begin(), inputs.end(), is_this)) return invalid_input("is read and would be overwritten", outputs[i]);
+    if (const auto writable = check_writable(outputs[i]); !writable)
+      return Error{writable.error().code, writable.error().message, outputs[i]};
   }
-  if (std::filesystem::is_directory(path, failure)) {
-    return Error{ErrorCode::io, "cannot be written: it is a folder", {}};
-  }
-  if (access(folder.c_str(), W_OK) != 0) return io_error("cannot be written");
   return Done{};
 }
 

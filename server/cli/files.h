@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/base/result.h"
@@ -16,7 +17,8 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std:
 /// Writes a file in one step: whoever opens `path` sees the old content or the new one. Errors: io.
 Status write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
-/// Fails with io where `path` cannot become a file: its folder is missing or it names a folder.
-Status check_writable(const std::filesystem::path& path);
+/// Fails where not all of `outputs` can become files, with the first of those in `where`: io where its folder is missing
+/// or takes no files, or it names a folder; invalid_input where it is named twice, or is one of `inputs`.
+Status check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
 
 }  // namespace photond

@@ -123,7 +123,7 @@ Json merge_json(const MergeCommand& command, const Input& joined) {
 }  // namespace
 
 int run_merge(const MergeCommand& command) {
-  if (const int code = check_outputs(command.outputs, command.report); code != kExitOk) return code;
+  if (const int code = check_pictures(command.outputs, command.report, command.inputs); code != kExitOk) return code;
   const auto merged = merge_inputs(command.inputs);
   if (!merged) return print_failure("cannot merge", merged.error());
   const Film& film = merged->joined.film;

@@ -29,16 +29,15 @@ Status write_picture(const std::filesystem::path& file, const Film& film, const 
   return write_file(file, *bytes);
 }
 
-int check_outputs(const std::vector<std::string>& outputs, const std::string& report) {
-  for (const std::string& output : outputs) {
-    if (!format_of(output)) return print_usage_error(output + ": a picture's name ends in .exr, .png or .jpg");
+int check_pictures(const std::vector<std::string>& pictures, const std::string& report,
+                   std::vector<std::string> inputs) {
+  for (const std::string& picture : pictures) {
+    if (!format_of(picture)) return print_usage_error(picture + ": a picture's name ends in .exr, .png or .jpg");
   }
-  std::vector<std::string> files = outputs;
-  if (!report.empty()) files.push_back(report);
-  for (const std::string& file : files) {
-    if (const auto writable = check_writable(file); !writable) return print_failure(file, writable.error());
-  }
-  return kExitOk;
+  std::vector<std::string> outputs = pictures;
+  if (!report.empty()) outputs.push_back(report);
+  std::erase(inputs, "");
+  return print_refusal(check_outputs(outputs, inputs));
 }
 
 Result<Image> read_picture(const std::filesystem::path& file) {

@@ -16,9 +16,10 @@ std::optional<ImageFormat> format_of(const std::filesystem::path& file);
 /// beside it, and a `note` as its description. Errors: io, and those of encode.
 Status write_picture(const std::filesystem::path& file, const Film& film, const std::string& note);
 
-/// Refuses what write_picture cannot write to: usage errors where a name has no format, failures where a file cannot
-/// be written. `report` may be empty. Prints the error and returns the exit code.
-int check_outputs(const std::vector<std::string>& outputs, const std::string& report);
+/// Refuses pictures that write_picture cannot write to and whatever check_outputs refuses: a usage error where a name
+/// has no format, or is named twice or among `inputs`, a failure where a file cannot be written. Names may be empty:
+/// none. Prints the error and returns the exit code.
+int check_pictures(const std::vector<std::string>& pictures, const std::string& report, std::vector<std::string> inputs);
 
 /// Reads an EXR picture.
 Result<Image> read_picture(const std::filesystem::path& file);

@@ -17,8 +17,8 @@ int run_task(const TaskCommand& command) {
   StopRule stop;
   stop.passes = passes.last - passes.first;
   if (const int code = check_settings(command.task, stop); code != kExitOk) return code;
-  if (const auto writable = check_writable(command.output); !writable)
-    return print_failure(command.output, writable.error());
+  const Status fine = check_outputs({command.output}, {command.task.scene, command.task.environment.file});
+  if (const int code = print_refusal(fine); code != kExitOk) return code;
   const Interrupt interrupt;
   const Workers workers(command.task.threads);
   lower_priority();

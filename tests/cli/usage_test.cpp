@@ -95,6 +95,38 @@ TEST(Usage, HelpAndVersionSucceed) {
   EXPECT_EQ(run_photond({"--version"}).out, "photond " PHOTOND_VERSION "\n");
 }
 
+TEST(Usage, NothingThatIsReadOrWrittenIsOverwritten) {
+  const TemporaryFolder folder;
+  const std::string scene = write_scene(folder.path());
+  const std::string before = read_text(scene), acc = folder.file("a.acc"), exr = folder.file("a.exr");
+  write_text(acc, "passes");
+  const std::string other = (folder.path() / "." / "a.exr").string();
+  for (const auto& arguments : std::vector<std::vector<std::string>>{
+           {"task", scene, "--passes", "0:1", "--size", "8x8", "--out", scene},
+           {"render", scene, "--passes", "1", "--size", "8x8", "-o", exr, "--report", scene},
+           {"render", scene, "--passes", "1", "--size", "8x8", "-o", exr, "--report", other},
+           {"render", scene, "--passes", "1", "--size", "8x8", "-o", exr, "-o", other},
+           {"merge", acc, "-o", exr, "--report", acc},
+       }) {
+    const Outcome run = run_photond(arguments);
+    EXPECT_EQ(run.code, 2) << run.err;
+    EXPECT_TRUE(is_one_line(run.err)) << run.err;
+    EXPECT_NE(run.err.find("written"), std::string::npos) << run.err;
+  }
+  EXPECT_EQ(read_text(scene), before);
+  EXPECT_EQ(read_text(acc), "passes");
+}
+
+// The permissions of root allow it: only trying tells.
+TEST(Usage, WhereNothingCanBeWrittenIsToldBeforeTheWork) {
+  const TemporaryFolder folder;
+  const std::string missing = folder.file("missing.glb");
+  EXPECT_NE(run_photond({"render", missing, "-o", "/proc/a.exr"}).err.find("/proc/a.exr: cannot be written"), std::string::npos);
+  const std::string exr = folder.file("a.exr");
+  EXPECT_NE(run_photond({"render", missing, "-o", exr}).err.find("missing.glb"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "trying leaves nothing behind";
+}
+
 TEST(Usage, WhatDoesNotExistExitsWithOneAndItsName) {
   const TemporaryFolder folder;
   const std::string missing = folder.file("missing.glb");
@@ -105,6 +137,7 @@ TEST(Usage, WhatDoesNotExistExitsWithOneAndItsName) {
            {"info", folder.path().string()},
            {"render", write_scene(folder.path()), "-o", folder.file("nowhere/a.png")},
            {"serve", "--port", "0", "--data", folder.file("data"), "--samples", folder.file("nowhere")},
+           {"key", "list", "--data", folder.file("nowhere")},
        }) {
     const Outcome run = run_photond(arguments);
     EXPECT_EQ(run.code, 1) << run.err;
