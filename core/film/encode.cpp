@@ -11,6 +11,7 @@
 #include <exception>
 #include <memory>
 #include <string>
+#include <string_view>
 
 namespace photond {
 namespace {
@@ -165,12 +166,19 @@ Result<std::array<int, 3>> find_rgb(const OIIO::ImageSpec& spec, const std::stri
 }
 
 Result<Image> read_linear(OIIO::ImageInput& input, const std::string& layer) {
-  constexpr int kMaxSide = 65'536;
+  constexpr int kMaxSide = 16'384;  // of the largest film
   constexpr int kMaxChannels = 64;
   const OIIO::ImageSpec spec = input.spec();
-  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.width > kMaxSide || spec.height > kMaxSide ||
-      spec.nchannels > kMaxChannels) {
-    return invalid_input("the picture has a size or channel count that is not allowed");
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.deep || spec.width > kMaxSide ||
+      spec.height > kMaxSide || spec.nchannels > kMaxChannels) {
+    return invalid_input("the picture has " + std::to_string(spec.width) + "x" + std::to_string(spec.height) +
+                         " pixels of " + std::to_string(spec.nchannels) + " channels; at most " +
+                         std::to_string(kMaxSide) + " a side and " + std::to_string(kMaxChannels) +
+                         " flat channels are read");
+  }
+  if (spec.width != spec.full_width || spec.height != spec.full_height) {
+    return invalid_input("the picture is a part of one of " + std::to_string(spec.full_width) + "x" +
+                         std::to_string(spec.full_height) + " pixels");
   }
   const Result<std::array<int, 3>> rgb = find_rgb(spec, layer);
   if (!rgb) return rgb.error();
@@ -229,6 +237,8 @@ Result<std::vector<std::byte>> encode_exr(const Image& image, const ErrorLayers&
 }
 
 Result<Image> decode_exr(std::span<const std::byte> bytes, const std::string& layer) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (!text.starts_with("\x76\x2f\x31\x01")) return invalid_input("the picture is not OpenEXR");
   try {
     OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open("memory.exr", nullptr, &reader);

@@ -35,6 +35,10 @@ int create(const KeyFile& file, const KeyCommand& command) {
 }
 
 int list(const KeyFile& file) {
+  std::error_code failure;
+  if (const auto folder = file.path().parent_path(); !std::filesystem::is_directory(folder, failure)) {
+    return print_failure("cannot read the keys", {ErrorCode::not_found, "there is no folder " + folder.string(), {}});
+  }
   const Result<std::vector<KeyRecord>> keys = file.read();
   if (!keys) {
     print_failure("cannot read the keys", keys.error());

@@ -82,6 +82,27 @@ TEST(Encode, HalfExrRoundsAndStaysFinite) {
   EXPECT_EQ(back->at(32, 16).b, 65504);
 }
 
+// A reference that is one corner of a larger picture, or claims to have 4·10⁹ pixels, is told by its header.
+TEST(Encode, OnlyWholePicturesOfFilmsSizesAreRead) {
+  const auto window = [](const OIIO::ImageSpec& spec) {
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput proxy(bytes);
+    const auto output = OIIO::ImageOutput::create("memory.exr", &proxy);
+    EXPECT_TRUE(output->open("memory.exr", spec));
+    const std::vector<float> row(static_cast<std::size_t>(spec.width * spec.nchannels));
+    for (int y = 0; y < spec.height; ++y) EXPECT_TRUE(output->write_scanline(y, 0, OIIO::TypeFloat, row.data()));
+    EXPECT_TRUE(output->close());
+    const Result<Image> image = decode_exr(std::as_bytes(std::span(bytes)));
+    EXPECT_FALSE(image.ok());
+    return image ? std::string() : image.error().message;
+  };
+  OIIO::ImageSpec part(8, 8, 3, OIIO::TypeFloat);
+  part.full_width = 16;
+  EXPECT_EQ(window(part), "the picture is a part of one of 16x8 pixels");
+  EXPECT_EQ(window(OIIO::ImageSpec(16'385, 1, 3, OIIO::TypeFloat)),
+            "the picture has 16385x1 pixels of 3 channels; at most 16384 a side and 64 flat channels are read");
+}
+
 TEST(Encode, EndsWhenItIsToldTo) {
   std::stop_source stop;
   stop.request_stop();
@@ -208,6 +229,8 @@ TEST(Decode, RefusesOtherFormatsAndCorruptFiles) {
     EXPECT_FALSE(decode_pixels(bytes).ok());
   }
   EXPECT_FALSE(decode_exr({}).ok());
+  const auto png = encoded(gradient(), ImageFormat::png);
+  EXPECT_EQ(decode_exr(png).error().message, "the picture is not OpenEXR");
 }
 
 TEST(Decode, DropsPngChunksThatDoNotMakePixels) {
