@@ -45,7 +45,7 @@ class MaterialReader {
   void emission() {
     const double strength =
         number(extension(from_.extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1);
-    out_.emission = color(from_.emissiveFactor) * bounded(strength, where_ + ".emissiveStrength");
+    out_.emission = color(from_.emissiveFactor) * bounded(strength, where_ + ".extensions.KHR_materials_emissive_strength.emissiveStrength");
     out_.emission_texture = slot(from_.emissiveTexture, true, where_ + ".emissiveTexture");
   }
 
@@ -63,8 +63,9 @@ class MaterialReader {
 
   void ior() {
     const double value = number(extension(from_.extensions, "KHR_materials_ior"), "ior", 1.5);
-    if (value != 0 && value < 1) fail("ior must be 0 or at least 1", where_ + ".ior");
-    out_.ior = bounded(value, where_ + ".ior");
+    const std::string where = where_ + ".extensions.KHR_materials_ior.ior";
+    if (value != 0 && value < 1) fail("ior must be 0 or at least 1", where);
+    out_.ior = bounded(value, where);
   }
 
   void specular() {

@@ -74,7 +74,11 @@ Result<Container> open_container(std::span<const std::byte> bytes) {
   if (bytes.empty()) return invalid_input("the file is empty");
   if (bytes.size() > kMaxSize) return Error{ErrorCode::limit_exceeded, "the file is larger than 4 GiB", {}};
   if (bytes.size() >= 4 && read_u32(bytes, 0) == kMagic) return open_glb(bytes);
-  return Container{.json = as_text(bytes)};
+  const std::string_view text = as_text(bytes);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos || text[first] != '{')
+    return invalid_input("the file is neither GLB nor the JSON of a glTF");
+  return Container{.json = text};
 }
 
 }  // namespace photond::gltf

@@ -33,6 +33,18 @@ std::string_view kind_name(Schema::Kind kind) {
   return "a value";
 }
 
+std::string text_of(double number) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, number).ptr};
+}
+
+/// " from 0 to 1", " at least 0" or " at most 1".
+std::string range_words(const Schema& schema) {
+  if (!std::isfinite(schema.max)) return " at least " + text_of(schema.min);
+  if (!std::isfinite(schema.min)) return " at most " + text_of(schema.max);
+  return " from " + text_of(schema.min) + " to " + text_of(schema.max);
+}
+
 double parse_double(std::string_view digits) {
   double parsed = 0;
   const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), parsed);
@@ -71,8 +83,10 @@ class Scanner {
   }
 
   std::string place() const {
+    constexpr std::size_t kMaxSteps = 16;  // nothing of glTF is deeper; what is, is noise
     std::string out;
     for (const Step& step : path_) {
+      if (&step == &path_.front() + kMaxSteps) return out + "…";
       if (step.is_index) {
         out.append("[").append(std::to_string(step.index)).append("]");
       } else {
@@ -218,9 +232,9 @@ class Scanner {
       return wrong_kind(schema);
     }
     const double parsed = parse_double(digits);
-    if (!std::isfinite(parsed)) return fail("number is out of range");
+    if (!std::isfinite(parsed)) return fail("is too large a number");
     if (schema.kind == Schema::Kind::integer && !integral) return wrong_kind(schema);
-    if (parsed < schema.min || parsed > schema.max) return fail("number is out of range");
+    if (parsed < schema.min || parsed > schema.max) return fail("must be" + range_words(schema));
     if (schema.narrow_integers && integral && std::abs(parsed) > 2147483647.0) {
       return fail("integer is too large; write it with a decimal point");
     }

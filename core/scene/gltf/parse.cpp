@@ -122,7 +122,7 @@ Status check_buffers(const std::vector<BufferDeclaration>& buffers, const Contai
 }
 
 /// Where tinygltf gave up: the first element it did not load, in its order of reading. It checks the indices of
-/// all meshes before the nodes, of which none can fail.
+/// all meshes before the nodes and materials, of which none can fail.
 std::string failing_place(const tinygltf::Model& model, const JsonScan& scan) {
   const auto declared = [&scan](std::string_view section) {
     const auto found = scan.counts.find(section);
@@ -137,9 +137,9 @@ std::string failing_place(const tinygltf::Model& model, const JsonScan& scan) {
       {"samplers", model.samplers.size()},     {"cameras", model.cameras.size()}};
   for (const auto& [section, loaded] : sections) {
     if (loaded >= declared(section)) continue;
-    return section == "nodes" ? "meshes" : place(section, loaded);
+    return section == "nodes" || section == "materials" ? "meshes" : place(section, loaded);
   }
-  return {};
+  return "meshes";
 }
 
 Status run_tinygltf(std::span<const std::byte> bytes, const Container& container, LoadState& state,

@@ -366,7 +366,7 @@ TEST(Gltf, RefusesMaterialValuesOutOfRange) {
        "materials[0].pbrMetallicRoughness.baseColorTexture.index"},
       {"/alphaMode", "GHOST", "materials[0].alphaMode"},
       {"/emissiveFactor", {2, 0, 0}, "materials[0].emissiveFactor[0]"},
-      {"/extensions/KHR_materials_ior/ior", 0.5, "materials[0].ior"},
+      {"/extensions/KHR_materials_ior/ior", 0.5, "materials[0].extensions.KHR_materials_ior.ior"},
       {"/extensions/KHR_materials_volume/attenuationDistance", 0,
        "materials[0].extensions.KHR_materials_volume.attenuationDistance"}};
   for (const Damage& damage : damages) {
@@ -376,6 +376,49 @@ TEST(Gltf, RefusesMaterialValuesOutOfRange) {
     draft.json["materials"][0][json::json_pointer(damage.pointer)] = damage.value;
     EXPECT_EQ(refusal(draft).where, damage.where);
   }
+}
+
+TEST(Gltf, SaysWhichValuesAreAllowed) {
+  const std::pair<const char*, const char*> ranges[] = {{"metallicFactor", "must be from 0 to 1"}, {"roughnessFactor", "must be from 0 to 1"}};
+  for (const auto& [factor, words] : ranges) {
+    GlbDraft draft;
+    draft.json["materials"] = json::array({{{"pbrMetallicRoughness", {{factor, 1.5}}}}});
+    EXPECT_EQ(refusal(draft).message, words);
+  }
+  GlbDraft draft;
+  draft.json["nodes"][0]["mesh"] = -1;
+  EXPECT_EQ(refusal(draft).message, "must be from 0 to 2147483647");
+}
+
+TEST(Gltf, SaysThatAFileIsNoGltf) {
+  for (const char* text : {"not a scene", "[]", "null", "  ", "PK\x03\x04"}) {
+    const Result<Scene> scene = read_gltf(test::bytes_of(std::string(text)), no_resources());
+    ASSERT_FALSE(scene.ok());
+    EXPECT_EQ(scene.error().message, "the file is neither GLB nor the JSON of a glTF") << text;
+  }
+}
+
+TEST(Gltf, NamesTheMeshesWhoseAccessorHasNoData) {
+  GlbDraft draft;
+  draft.json["accessors"].push_back({{"componentType", kUnsignedInt}, {"count", 3}, {"type", "SCALAR"}});
+  primitive(draft)["indices"] = 1;
+  draft.json["materials"] = json::array({json::object()});
+  EXPECT_EQ(refusal(draft).where, "meshes");
+  draft.json["nodes"] = json::array();
+  draft.json["scenes"] = json::array();
+  draft.json.erase("scene");
+  EXPECT_EQ(refusal(draft).where, "meshes") << "without nodes";
+}
+
+TEST(Gltf, KeepsThePlaceOfDeepMistakesShort) {
+  GlbDraft draft;
+  json deep = 1;
+  for (int i = 0; i < 1000; ++i) deep = json::array({deep});
+  draft.json["extras"] = deep;
+  const Error error = refusal(draft);
+  EXPECT_EQ(error.code, ErrorCode::limit_exceeded);
+  EXPECT_THAT(error.where, HasSubstr("extras[0][0]"));
+  EXPECT_LT(error.where.size(), 100u);
 }
 
 TEST(Gltf, RefusesIndicesBeyondTheVertices) {
