@@ -1,5 +1,7 @@
 #include "core/scene/report.h"
 
+#include <algorithm>
+
 namespace photond {
 namespace {
 
@@ -61,6 +63,15 @@ std::string material_kind(const Material& m) {
 std::string light_type_name(LightType type) {
   if (type == LightType::point) return "point";
   return type == LightType::spot ? "spot" : "directional";
+}
+
+std::string unknown_camera(const std::string& asked, const std::vector<Camera>& cameras) {
+  constexpr std::size_t kMostNames = 8, kMostBytes = 60;  // the sentence is for a person
+  std::string known;
+  for (std::size_t i = 0; i < std::min(cameras.size(), kMostNames); ++i)
+    known += (known.empty() ? "'" : ", '") + cameras[i].name.substr(0, kMostBytes) + "'";
+  if (cameras.size() > kMostNames) known += " and " + std::to_string(cameras.size() - kMostNames) + " more";
+  return "there is no camera '" + asked.substr(0, kMostBytes) + "'; there are " + known;
 }
 
 }  // namespace photond

@@ -53,4 +53,7 @@ std::string material_kind(const Material& material);
 /// "point", "spot" or "directional".
 std::string light_type_name(LightType type);
 
+/// "there is no camera 'x'; there are 'main', 'corner'": of many, the first.
+std::string unknown_camera(const std::string& asked, const std::vector<Camera>& cameras);
+
 }  // namespace photond

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 
 #include "server/api/schema.h"
@@ -129,8 +130,12 @@ class Check {
 
 std::string number_text(long double number) {
   char text[64];
-  std::snprintf(text, sizeof text, "%.20Lg", number);
-  return text;
+  if (number == std::trunc(number)) {
+    std::snprintf(text, sizeof text, "%.20Lg", number);
+    return text;
+  }
+  // 0.1, not 0.10000000000000000555: the contract's numbers are doubles.
+  return {text, std::to_chars(text, text + sizeof text, static_cast<double>(number)).ptr};
 }
 
 std::string range_words(const Schema& schema) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "core/scene/report.h"
 #include "server/cli/files.h"
 
 namespace photond {
@@ -65,17 +66,15 @@ Result<Scene> load_scene(const std::filesystem::path& file, const EnvironmentOpt
 
 Result<Camera> find_camera(const Scene& scene, const std::string& text) {
   if (text.empty()) return scene.cameras.front();
-  std::string known;
   for (const Camera& camera : scene.cameras) {
     if (camera.name == text) return camera;
-    known += (known.empty() ? "" : ", ") + ("'" + camera.name + "'");
   }
   std::size_t index = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), index);
   if (failure == std::errc{} && end == text.data() + text.size() && index < scene.cameras.size()) {
     return scene.cameras[index];
   }
-  return Error{ErrorCode::not_found, "there is no camera '" + text + "'; there are " + known, {}};
+  return Error{ErrorCode::not_found, unknown_camera(text, scene.cameras), {}};
 }
 
 }  // namespace photond

@@ -162,14 +162,13 @@ Result<Camera> choose_camera(const std::vector<Camera>& cameras, const CameraCho
   }
   if (const auto* index = std::get_if<std::uint32_t>(&choice)) {
     if (*index < cameras.size()) return cameras[*index];
-    return Error{ErrorCode::not_found,
-                 "the scene has " + std::to_string(cameras.size()) + " cameras; the first is 0", "/camera"};
+    return Error{ErrorCode::not_found, "/camera must be from 0 to " + std::to_string(cameras.size() - 1), "/camera"};
   }
   const std::string& name = std::get<std::string>(choice);
   for (const Camera& camera : cameras) {
     if (camera.name == name) return camera;
   }
-  return Error{ErrorCode::not_found, "the scene has no camera of this name", "/camera"};
+  return Error{ErrorCode::not_found, unknown_camera(name, cameras), "/camera"};
 }
 
 }  // namespace photond

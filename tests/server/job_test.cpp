@@ -186,6 +186,10 @@ TEST(Scenes, CameraIsChosenByIndexNameOrPlacement) {
     ASSERT_FALSE(camera.ok());
     EXPECT_EQ(camera.error().where, "/camera");
   }
+  EXPECT_EQ(choose_camera(cameras, 2u).error().message, "/camera must be from 0 to 1");
+  EXPECT_EQ(choose_camera(cameras, std::string("other")).error().message, "there is no camera 'other'; there are '', 'main'");
+  EXPECT_EQ(choose_camera(std::vector<Camera>(10), std::string("x")).error().message,
+            "there is no camera 'x'; there are '', '', '', '', '', '', '', '' and 2 more");
 }
 
 }  // namespace

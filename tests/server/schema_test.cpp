@@ -113,6 +113,10 @@ TEST(Schema, SaysWhatIsWanted) {
             "/w must be a whole number from 1 to 16384");
   EXPECT_EQ(detail(R"({"type":"number","exclusiveMinimum":0,"maximum":1000000})", "0"),
             "the message must be a number above 0 and up to 1000000");
+  EXPECT_EQ(detail(R"({"type":"number","minimum":0.1,"maximum":175})", "0"),
+            "the message must be a number from 0.1 to 175");
+  EXPECT_EQ(detail(R"({"type":"integer","minimum":0,"maximum":18446744073709551615})", "-1"),
+            "the message must be a whole number from 0 to 18446744073709551615");
   EXPECT_EQ(detail(R"({"enum":["png","jpg","exr"]})", "\"gif\""), "the message must be png, jpg or exr");
   EXPECT_EQ(detail(R"({"oneOf":[{"type":"integer","minimum":0},{"const":"latest"}]})", "true"),
             "the message must be a whole number from 0 on or latest");
