@@ -186,9 +186,10 @@ class Shooter {
     surfaces_.compute(other.size);
     for (std::uint32_t k = 0; k < other.size; ++k) {
       const std::uint32_t i = other.items[k];
-      const bool alive = scene_.placed[hits_[i].instance].in_place
-                             ? scatter(walks_[i], hits_[i], surfaces_.point(k, scene_.scene, hits_[i]))
-                             : scatter(walks_[i], hits_[i], make_surface(scene_.scene, walks_[i].ray, hits_[i]));
+      const Hit& hit = hits_[i];
+      const PlacedMesh& mesh = scene_.placed[hit.instance];
+      const bool alive =
+          scatter(walks_[i], hit, surfaces_.surface(k, scene_.scene, mesh, walks_[i].ray, hit));
       live_.add(i, alive);
       ended.add(i, !alive);
     }

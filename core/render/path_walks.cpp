@@ -79,9 +79,9 @@ void PathWalks::advance_others() {
     const Hit hit = hits_[k];
     Walk& walk = walks_[i];
     walk = paths_.walk(k);
-    const bool alive = scene_.placed[hit.instance].in_place
-                           ? bounces_.advance(walk, hit, paths_.surfaces.point(k, scene_.scene, hit))
-                           : bounces_.advance(walk, hit, make_surface(scene_.scene, walk.path.ray, hit));
+    const SurfacePoint surface =
+        paths_.surfaces.surface(k, scene_.scene, scene_.placed[hit.instance], walk.path.ray, hit);
+    const bool alive = bounces_.advance(walk, hit, surface);
     ++walk.path.depth;
     if (!alive) walk.path.throughput = Rgb(0);
   }

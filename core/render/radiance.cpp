@@ -65,9 +65,9 @@ class RadianceWalks {
     for (std::uint32_t i = 0; i < met; ++i) {
       Walk& walk = walks_[met_[i].walk];
       const Hit hit = hits_[met_[i].lane];
-      const bool alive = scene_.placed_at(hit).in_place
-                             ? bounces_.advance(walk, hit, surfaces_.point(i, scene_.scene, hit))
-                             : bounces_.advance(walk, hit, make_surface(scene_.scene, walk.path.ray, hit));
+      const SurfacePoint surface =
+          surfaces_.surface(i, scene_.scene, scene_.placed_at(hit), walk.path.ray, hit);
+      const bool alive = bounces_.advance(walk, hit, surface);
       ++walk.path.depth;
       live_[live_count_] = met_[i].walk;
       live_count_ += alive;

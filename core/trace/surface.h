@@ -52,7 +52,8 @@ TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, s
 /// The surface where `ray` meets the scene. `hit` must be found.
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
 
-/// Surfaces without normal texture in meshes that are not moved, met by several rays.
+/// Surfaces met by several rays. What is computed together are those without normal texture in meshes that are not moved
+/// (PlacedMesh::in_place).
 struct alignas(64) SurfaceLanes {
   // What comes in.
   TriangleLanes at;
@@ -79,7 +80,11 @@ struct alignas(64) SurfaceLanes {
   }
   /// Computes the first `count`.
   void compute(std::uint32_t count);
-  /// Lane k as `make_surface` would return it.
+  /// What `make_surface` returns for `ray`, whose hit of `mesh` is that of lane k: from the lane where it was computed.
+  SurfacePoint surface(std::uint32_t k, const Scene& scene, const PlacedMesh& mesh, const Ray& ray, const Hit& hit) const {
+    return mesh.in_place ? point(k, scene, hit) : make_surface(scene, ray, hit);
+  }
+  /// Lane k, which was computed, as `make_surface` would return it.
   SurfacePoint point(std::uint32_t k, const Scene& scene, const Hit& hit) const;
 };
 
