@@ -62,11 +62,4 @@ inline Vec4 sample_texture(const Scene& scene, const Texture& texture, Vec2 uv) 
   return top * (1 - t) + bottom * t;
 }
 
-/// The texture of a slot at the point with the given uv sets; white where the slot is empty.
-inline Vec4 sample_slot(const Scene& scene, const TextureSlot& slot, const Vec2 (&uv)[2]) {
-  if (!slot.used()) return Vec4(1);
-  const Vec2 at = slot.uv_transform * Vec3(uv[slot.uv_set], 1);
-  return sample_texture(scene, scene.textures[static_cast<std::size_t>(slot.texture)], at);
-}
-
 }  // namespace photond

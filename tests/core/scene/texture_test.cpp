@@ -76,14 +76,5 @@ TEST(Texture, SurvivesAnyCoordinate) {
   }
 }
 
-TEST(Texture, SlotAppliesItsTransformAndUvSet) {
-  const Scene scene = row({0, 255}, {.nearest = true});
-  TextureSlot slot{.texture = 0, .uv_set = 1};
-  slot.uv_transform = glm::mat3x2(1, 0, 0, 1, 0.5f, 0);
-  const Vec2 uv[2] = {{0.75f, 0}, {0.25f, 0}};
-  EXPECT_FLOAT_EQ(sample_slot(scene, slot, uv).x, 1);
-  EXPECT_EQ(sample_slot(scene, TextureSlot{}, uv), Vec4(1));
-}
-
 }  // namespace
 }  // namespace photond

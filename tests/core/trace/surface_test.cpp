@@ -178,5 +178,24 @@ TEST(Accel, AlphaDecidesWhatIsHit) {
   EXPECT_TRUE(test::agrees(share(AlphaMode::blend, 0.25f, 0), 0.25));
 }
 
+TEST(Surface, LookupAppliesTheSlotsTransformAndUvSet) {
+  Scene scene;
+  scene.images.push_back({.width = 2, .height = 1, .u8 = {0, 0, 0, 255, 255, 255, 255, 255}});
+  scene.textures.push_back({.nearest = true});
+  Mesh mesh;
+  mesh.uv[0].assign(3, {0.75f, 0});
+  mesh.uv[1] = {{0.1f, 0}, {0.2f, 0}, {0.3f, 0}};
+  SurfacePoint surface{};
+  surface.mesh = &mesh;
+  surface.vertices = {0, 1, 2};
+  surface.u = 0.5f, surface.v = 0.25f;
+  TextureSlot slot{.texture = 0, .uv_set = 1};
+  EXPECT_FLOAT_EQ(lookup(scene, slot, surface).x, 0);
+  slot.uv_transform = glm::mat3x2(1, 0, 0, 1, 0.5f, 0);  // from .2 to .7
+  EXPECT_FLOAT_EQ(lookup(scene, slot, surface).x, 1);
+  slot = {.texture = 0, .uv_set = 0};
+  EXPECT_FLOAT_EQ(lookup(scene, slot, surface).x, 1);
+}
+
 }  // namespace
 }  // namespace photond
