@@ -17,12 +17,13 @@ const kActions: Record<JobAction, readonly JobState[]> = {
   cancel: ['queued', 'preparing', 'rendering', 'finalizing', 'canceling', 'paused'],
 };
 
-/** Twice as far as the job's stop rule: where `extend` leads. */
-export function further(stop: Job['stop']): JobRequest['stop'] {
+/** Twice as far as the job's stop rule and as the job has come, which may be beyond it: where `extend` leads. */
+export function further(job: Job): JobRequest['stop'] {
+  const { passes, seconds, relative_error } = job.stop;
   const next: JobRequest['stop'] = {};
-  if (stop.passes) next.passes = Math.min(1_000_000, 2 * stop.passes);
-  if (stop.seconds) next.seconds = Math.min(1_000_000, 2 * stop.seconds);
-  if (stop.relative_error) next.relative_error = stop.relative_error / 2;
+  if (passes) next.passes = Math.min(1_000_000, 2 * Math.max(passes, job.passes));
+  if (seconds) next.seconds = Math.min(1_000_000, 2 * Math.max(seconds, job.seconds));
+  if (relative_error) next.relative_error = Math.min(relative_error, job.error || relative_error) / 2;
   return next;
 }
 

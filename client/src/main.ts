@@ -151,7 +151,7 @@ async function submit(request: JobRequest): Promise<void> {
 async function act(id: string, action: JobAction): Promise<void> {
   const job = find_job(state, id);
   if (!job) return;
-  const answer = await (action === 'extend' ? api.extend(id, further(job.stop)) : api.act(id, action));
+  const answer = await (action === 'extend' ? api.extend(id, further(job)) : api.act(id, action));
   if (answer.ok) dispatch({ type: 'job', job: answer.value });
   else if (answer.failure.kind === 'problem' && answer.failure.status === 409) await load_job(id); // it has moved on
   else dispatch({ type: 'notice', text: describe(answer.failure) });

@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { log_axis, log_ticks } from '../src/chart';
 import { format_count, format_lengths, format_percent, format_seconds } from '../src/format';
 import { about } from '../src/job_list';
-import { error_notes, progress_of } from '../src/job_panel';
+import { error_notes, further, progress_of } from '../src/job_panel';
 import { a_job } from './messages';
 
 describe('numbers for people', () => {
@@ -33,6 +33,15 @@ describe('progress_of', () => {
   it('is unknown before there is an error to compare, and whole at the end', () => {
     expect(progress_of(a_job({ error: null, stop: { ...rule, relative_error: 0.1 } }))).toBeNull();
     expect(progress_of(a_job({ state: 'succeeded', passes: 1 }))).toBe(1);
+  });
+});
+
+describe('further', () => {
+  it('is twice as far as the rule, or as the job where a pass led beyond it', () => {
+    const rule = { passes: 16, seconds: 10, relative_error: 0.1 };
+    expect(further(a_job({ stop: rule, passes: 16, seconds: 4, error: 0.2 }))).toEqual({ passes: 32, seconds: 20, relative_error: 0.05 });
+    expect(further(a_job({ stop: rule, passes: 8, seconds: 25, error: 0.04 }))).toEqual({ passes: 32, seconds: 50, relative_error: 0.02 });
+    expect(further(a_job({ stop: { ...rule, passes: null, seconds: null }, error: null }))).toEqual({ relative_error: 0.05 });
   });
 });
 

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "server/jobs/stop_rule.h"
 #include "server/store/file.h"
 
 namespace photond {
@@ -28,6 +29,10 @@ Error no_job(const std::string& id) { return {ErrorCode::not_found, "there is no
 
 bool same(const StopRule& a, const StopRule& b) {
   return std::tie(a.passes, a.seconds, a.relative_error) == std::tie(b.passes, b.seconds, b.relative_error);
+}
+
+bool has_met(const StopRule& stop, const JobRecord& job) {
+  return rule_met(stop, {job.passes, job.seconds, job.error.value_or(ErrorEstimate{})}) != nullptr;
 }
 
 Error shutting_down() { return {ErrorCode::cancelled, "the service is shutting down", ""}; }
@@ -156,11 +161,19 @@ Result<JobRecord> Jobs::resume(const std::string& id, const Guard& guard) {
 Result<JobRecord> Jobs::extend(const std::string& id, const StopRule& stop, const Owner& by, const Guard& guard) {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
-  const JobSpec& spec = run->job()->spec;
-  if (const Status fine = check_settings(spec.photons, spec.settings, stop); !fine) return fine.error();
-  const bool succeeded = run->job()->state() == JobState::succeeded;
-  if (!succeeded && !same(run->job()->stop_rule(), stop)) {
+  const JobRecord now = run->job()->record();
+  if (const Status fine = check_settings(now.spec.photons, now.spec.settings, stop); !fine) return fine.error();
+  const bool as_it_was = same(now.spec.stop, stop);
+  if (now.state != JobState::succeeded && !as_it_was) {
     return Error{ErrorCode::conflict, "only a succeeded job can be extended", ""};
+  }
+  if (now.state == JobState::succeeded && has_met(stop, now)) {
+    if (const Status fine = guard ? guard(now) : Status(Done{}); !fine) return fine.error();
+    if (as_it_was) return now;
+    // It might begin anew and end with less than there is.
+    return invalid_input("/stop must be later: the job has done " + std::to_string(now.passes) + " passes in " +
+                             std::to_string(now.seconds) + " s and met this rule",
+                         "/stop");
   }
   return start_again(id, JobState::succeeded, by, [&](JobRecord& record) { record.spec.stop = stop; }, guard);
 }

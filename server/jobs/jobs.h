@@ -88,8 +88,8 @@ class Jobs {
   Result<JobRecord> pause(const std::string& id, const Guard& guard = {});
   /// Takes a paused job up again. One that is on its way already: no error. Errors: not_found, conflict.
   Result<JobRecord> resume(const std::string& id, const Guard& guard = {});
-  /// Lets a succeeded job go on to a later stop. One that is on its way to that stop: no error. Errors: not_found,
-  /// conflict, invalid_input ("/stop/…"), limit_exceeded as submit.
+  /// Lets a succeeded job go on to a later stop. One that is on its way to that stop, or there: no error. Errors:
+  /// not_found, conflict, invalid_input ("/stop/…"; "/stop": met already), limit_exceeded as submit.
   Result<JobRecord> extend(const std::string& id, const StopRule& stop, const Owner& by, const Guard& guard = {});
   /// Lets a failed job begin again, from its last checkpoint. One that is on its way: no error. Errors: not_found,
   /// conflict, limit_exceeded as submit.

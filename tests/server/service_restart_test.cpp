@@ -160,6 +160,13 @@ TEST_F(RestartTest, ASucceededJobIsExtendedToTheBitsOfALongerOne) {
   EXPECT_EQ(extend(id, R"({"passes":0})").status, 422);
   EXPECT_EQ(extend(id, R"({})").status, 422);
   EXPECT_EQ(post_json(port_, "/v1/jobs/" + id + "/extend", "{}").status, 422);
+  for (const char* met : {R"({"passes":20})", R"({"passes":49,"seconds":600})", R"({"seconds":1e-9})"}) {
+    const Reply refused = extend(id, met);
+    EXPECT_EQ(refused.status, 422) << met;
+    EXPECT_EQ(json::parse(refused.body)["pointer"], "/stop") << met;
+  }
+  EXPECT_EQ(extend(id, R"({"passes":50})").status, 202) << "there already";
+  EXPECT_EQ(wait_for_end(id)["revision"], first["revision"]) << "nothing of it is done again";
   ASSERT_EQ(extend(id, R"({"passes":90})").status, 202);
   const int again = extend(id, R"({"passes":90})").status;
   EXPECT_EQ(again, 202) << "on its way there";
