@@ -102,10 +102,22 @@ PlanItem shares_item(bool caustics, bool extended) {
                      : "lights are points: only photons find their caustics"};
 }
 
+// A radius beyond the scene spreads photons over nothing, and one that no photon will ever be within loses their light:
+// the picture would be dark, and its estimate could not know.
+Status check_radius(float radius, const Bounds3& bounds) {
+  if (radius == 0 || bounds.empty()) return Done{};
+  const float least = 1e-6f * bounds.radius(), most = 2 * bounds.radius();
+  if (radius >= least && radius <= most) return Done{};
+  char text[120];
+  std::snprintf(text, sizeof text, "must be %.3g to %.3g metres in this scene, or 0 for automatic", least, most);
+  return invalid_input(text, "/radius");
+}
+
 }  // namespace
 
 Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& settings, const Execution& execution) {
   if (execution.cancelled()) return cancelled();
+  if (const Status fine = check_radius(settings.radius, scene.bounds); !fine) return fine.error();
   const Features features = find_features(scene.scene);
   Plan plan;
   plan.method = settings.method;

@@ -26,7 +26,8 @@ struct Plan {
   std::vector<PlanItem> items;
 };
 
-/// Decides method and features. `settings.method` other than automatic is kept.
+/// Decides method and features. `settings.method` other than automatic is kept. Errors: cancelled; invalid_input where the
+/// radius does not suit the scene's size ("/radius").
 Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& settings, const Execution& execution);
 
 }  // namespace photond

@@ -46,6 +46,7 @@ Result<RenderTask> load_task(const TaskOptions& options, const Execution& execut
   bar.stage("planning");
   auto task = make_render_task(*std::move(prepared), *camera, options.photons, options.settings, execution);
   seconds.plan = watch.seconds() - seconds.load - seconds.prepare;
+  if (!task) return Error{task.error().code, task.error().message, option_of(task.error().where)};
   return task;
 }
 

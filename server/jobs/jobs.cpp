@@ -83,7 +83,8 @@ Result<Plan> Jobs::check(const JobSpec& spec, std::stop_token stop) {
   if (!summary) return Error{summary.error().code, summary.error().message, "/scene"};
   if (const Result<Camera> camera = choose_camera((*summary)->cameras, spec.camera); !camera)
     return camera.error();
-  if (spec.settings.method == Method::automatic && !spec.environment) return (*summary)->plan;
+  if (spec.settings.method == Method::automatic && spec.settings.radius == 0 && !spec.environment)
+    return (*summary)->plan;
   const Execution execution = workers_.execution(stop);
   const auto scene = scenes_.prepared(spec.scene, spec.environment, execution);
   if (!scene) return scene.error();

@@ -63,6 +63,15 @@ TEST_F(ServiceTest, AllMistakesOfAJobAreListed) {
   EXPECT_EQ(get(port_, "/v1/jobs?limt=3").status, 400) << "a typing error is not ignored";
 }
 
+TEST_F(ServiceTest, TheRadiusSuitsTheScene) {
+  const std::string scene = upload();
+  for (const char* method : {"auto", "progressive"}) {
+    const Reply reply = post_json(port_, "/v1/jobs", "{\"scene\":\"" + scene + "\",\"method\":\"" + method + "\",\"radius\":1e9}");
+    EXPECT_EQ(reply.status, 422) << method;
+    EXPECT_EQ(json::parse(reply.body)["pointer"], "/radius") << reply.body;
+  }
+}
+
 TEST_F(ServiceTest, ChangesMayBeConditional) {
   const std::string id = submit(upload(), R"("method":"path","stop":{"passes":1})");
   wait_for_end(id);

@@ -54,5 +54,26 @@ TEST(RenderTask, PlanTellsTheRadiusAskedFor) {
   }
 }
 
+// Pictures by such radii lack all light of photons, and their error estimate does not know.
+TEST(RenderTask, ARadiusSuitsTheSizeOfTheScene) {
+  for (const float scale : {1e-3f, 1.0f, 1e4f}) {
+    Scene scene = test::empty_scene();
+    test::add_mesh(scene, test::box(Vec3(-scale), Vec3(scale), true), test::add_material(scene, test::lambert(Rgb(0.5f))));
+    test::add_point_light(scene, {0, 0, 0}, Rgb(1));
+    const auto prepared = test::prepared(std::move(scene));
+    const auto task = [&](float radius) {
+      RenderSettings settings;
+      settings.radius = radius * scale;
+      return make_render_task(prepared, prepared->scene.cameras[0], {1000, 0}, settings, Execution{});
+    };
+    for (const float fine : {1e-5f, 0.1f, 3.0f}) EXPECT_TRUE(task(fine).ok()) << fine << " of " << scale;
+    for (const float wrong : {1e-40f, 1e-7f, 4.0f, 1e30f}) {
+      const auto refused = task(wrong);
+      ASSERT_FALSE(refused.ok()) << wrong << " of " << scale;
+      EXPECT_EQ(refused.error().where, "/radius");
+    }
+  }
+}
+
 }  // namespace
 }  // namespace photond
