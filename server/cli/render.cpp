@@ -68,9 +68,9 @@ void print_summary(const RenderCommand& command, const RenderTask& task, const R
 
 int run_render(const RenderCommand& command) {
   if (const int code = check_settings(command.task, stop_of(command)); code != kExitOk) return code;
-  const int code = check_pictures(command.outputs, command.report,
-                                  {command.task.scene, command.task.environment.file, command.reference});
-  if (code != kExitOk) return code;
+  const int refused = check_pictures(command.outputs, command.report,
+                                     {command.task.scene, command.task.environment.file, command.reference});
+  if (refused != kExitOk) return refused;
   const auto reference = read_reference(command);
   if (!reference) return print_failure(command.reference, reference.error());
   const Interrupt interrupt;
