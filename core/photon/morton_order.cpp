@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <bit>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -11,34 +14,40 @@ namespace photond {
 
 namespace {
 
+constexpr int kPlaceBits = 32;
+constexpr int kCodeBits = 31;                            // of a code, above the place: keys are compared with their sign
 constexpr int kDigitBits = 9;                            // three an axis
-constexpr int kFirstShift = 3 * MortonGrid::kAxisBits - kDigitBits;
+constexpr int kFirstShift = kPlaceBits + kCodeBits - kDigitBits;
 constexpr std::uint32_t kBuckets = 1u << kDigitBits;
-// Up to here insertion is faster than another pass over the counters.
-constexpr std::uint32_t kInsertion = 32;
+// Up to here counting who comes before is faster than another pass over the digits' counters.
+constexpr std::uint32_t kFew = 32;
 // Photons of a task; fewer are sorted by one thread.
 constexpr std::uint32_t kTask = 16'384;
 
 using Counts = std::array<std::uint32_t, kBuckets>;
 
-std::uint32_t digit(const PhotonPlace& place, int shift) {
-  return static_cast<std::uint32_t>(place.code >> shift) & (kBuckets - 1);
+std::uint32_t digit(const PhotonKey& key, int shift) {
+  return static_cast<std::uint32_t>(key.bits >> shift) & (kBuckets - 1);
 }
 
-void insertion_sort(PhotonPlace* places, std::uint32_t n) {
-  for (std::uint32_t i = 1; i < n; ++i) {
-    const PhotonPlace place = places[i];
-    std::uint32_t j = i;
-    for (; j > 0 && places[j - 1].code > place.code; --j) places[j] = places[j - 1];
-    places[j] = place;
+// Each key's place is the number of those before it, four counted at once. No two are equal.
+void sort_few(const PhotonKey* from, std::uint32_t n, PhotonKey* to) {
+  using Four = std::int64_t __attribute__((vector_size(32)));
+  std::array<PhotonKey, kFew> keys;
+  std::copy(from, from + n, keys.begin());
+  for (std::uint32_t first = 0; first < n; first += 4) {
+    Four mine, before{};
+    std::memcpy(&mine, &keys[first], sizeof mine);
+    for (std::uint32_t i = 0; i < n; ++i) before -= static_cast<std::int64_t>(keys[i].bits) < mine;
+    for (std::uint32_t i = first; i < std::min(n, first + 4); ++i) to[before[i - first]] = keys[i];
   }
 }
 
 // Two arrays of equal size between which the passes go to and fro.
 struct Buffers {
-  PhotonPlace* from;
-  PhotonPlace* to;
-  bool ends_in_to;         // where the sorted places are wanted
+  PhotonKey* from;
+  PhotonKey* to;
+  bool ends_in_to;         // where the sorted keys are wanted
 
   Buffers next(std::uint32_t begin) const { return {to + begin, from + begin, !ends_in_to}; }
 };
@@ -47,78 +56,112 @@ void finish(const Buffers& buffers, std::uint32_t n) {
   if (buffers.ends_in_to) std::copy(buffers.from, buffers.from + n, buffers.to);
 }
 
-// Counts become the places where the buckets begin.
-void sum_up(Counts& counts) {
-  std::uint32_t sum = 0;
-  for (std::uint32_t& count : counts) sum += std::exchange(count, sum);
-}
-
-void sort_serially(const Buffers& buffers, std::uint32_t n, int shift) {
-  if (n <= kInsertion || shift < 0) {
-    if (shift >= 0) insertion_sort(buffers.from, n);
-    finish(buffers, n);
-    return;
-  }
-  Counts ends{};
-  for (std::uint32_t i = 0; i < n; ++i) ++ends[digit(buffers.from[i], shift)];
-  if (ends[digit(buffers.from[0], shift)] == n) return sort_serially(buffers, n, shift - kDigitBits);
-  sum_up(ends);
-  for (std::uint32_t i = 0; i < n; ++i) buffers.to[ends[digit(buffers.from[i], shift)]++] = buffers.from[i];
-  std::uint32_t begin = 0;
-  for (const std::uint32_t end : ends) {
-    if (end > begin) sort_serially(buffers.next(begin), end - begin, shift - kDigitBits);
-    begin = end;
-  }
-}
-
-void sort(const Buffers& buffers, std::uint32_t n, int shift, const Execution& execution) {
-  if (n <= kTask || shift < 0) return sort_serially(buffers, n, shift);
-  const std::uint32_t tasks = (n + kTask - 1) / kTask;
-  const auto for_task = [&](std::size_t task, const auto& body) {
+// body(task, begin, end) for tasks that are all of n.
+template <class Body>
+void for_tasks(std::uint32_t n, const Execution& execution, const Body& body) {
+  parallel_for(execution, (n + kTask - 1) / kTask, 1, [&](std::size_t task) {
     const auto begin = static_cast<std::uint32_t>(task) * kTask;
-    for (std::uint32_t i = begin; i < std::min(n, begin + kTask); ++i) body(buffers.from[i]);
-  };
-  std::vector<Counts> places(tasks);
-  parallel_for(execution, tasks, 1, [&](std::size_t task) {
-    for_task(task, [&, &counts = places[task]](const PhotonPlace& place) { ++counts[digit(place, shift)]; });
-  });
-  // Bucket by bucket, and within a bucket task by task: equal digits keep their order.
-  Counts ends{};
-  std::uint32_t sum = 0;
-  for (std::uint32_t bucket = 0; bucket < kBuckets; ++bucket) {
-    for (Counts& counts : places) sum += std::exchange(counts[bucket], sum);
-    ends[bucket] = sum;
-  }
-  parallel_for(execution, tasks, 1, [&](std::size_t task) {
-    for_task(task, [&, &next = places[task]](const PhotonPlace& place) {
-      buffers.to[next[digit(place, shift)]++] = place;
-    });
-  });
-  parallel_for(execution, kBuckets, 1, [&](std::size_t bucket) {
-    const std::uint32_t begin = bucket == 0 ? 0 : ends[bucket - 1];
-    if (ends[bucket] > begin) sort(buffers.next(begin), ends[bucket] - begin, shift - kDigitBits, execution);
+    body(task, begin, std::min(n, begin + kTask));
   });
 }
+
+class Sorter {
+ public:
+  Sorter(PhotonSpans photons, const MortonGrid& grid, const Execution& execution)
+      : photons_(photons), grid_(grid), execution_(execution) {}
+
+  // Sorts keys of which only the places are told, by the first bits in which their codes differ.
+  void order(const Buffers& buffers, std::uint32_t n) const {
+    std::atomic<std::uint64_t> differing = 0;
+    const auto code_of = [&](std::uint32_t i) { return grid_.code(buffers.from[i].of(photons_).position); };
+    const std::uint64_t one = code_of(0);
+    for_tasks(n, execution_, [&](std::size_t, std::uint32_t begin, std::uint32_t end) {
+      std::uint64_t bits = 0;
+      for (std::uint32_t i = begin; i < end; ++i) {
+        buffers.to[i].bits = code_of(i);
+        bits |= buffers.to[i].bits ^ one;
+      }
+      differing |= bits;
+    });
+    if (differing == 0) return finish(buffers, n);
+    const int left = std::countl_zero(differing.load());
+    for_tasks(n, execution_, [&](std::size_t, std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t i = begin; i < end; ++i) {
+        const std::uint64_t code = buffers.to[i].bits << left >> (64 - kCodeBits);
+        buffers.from[i].bits = code << kPlaceBits | static_cast<std::uint32_t>(buffers.from[i].bits);
+      }
+    });
+    sort(buffers, n, kFirstShift);
+  }
+
+ private:
+  void sort(const Buffers& buffers, std::uint32_t n, int shift) const {
+    if (n <= kFew) {
+      sort_few(buffers.from, n, buffers.ends_in_to ? buffers.to : buffers.from);
+    } else if (shift < kPlaceBits) {
+      if (!execution_.cancelled()) order(buffers, n);   // by bits that found no room
+    } else if (n <= kTask) {
+      sort_serially(buffers, n, shift);
+    } else {
+      sort_in_parallel(buffers, n, shift);
+    }
+  }
+
+  void sort_serially(const Buffers& buffers, std::uint32_t n, int shift) const {
+    Counts ends{};
+    for (std::uint32_t i = 0; i < n; ++i) ++ends[digit(buffers.from[i], shift)];
+    if (ends[digit(buffers.from[0], shift)] == n) return sort(buffers, n, shift - kDigitBits);
+    std::uint32_t sum = 0;
+    for (std::uint32_t& count : ends) sum += std::exchange(count, sum);
+    for (std::uint32_t i = 0; i < n; ++i) buffers.to[ends[digit(buffers.from[i], shift)]++] = buffers.from[i];
+    std::uint32_t begin = 0;
+    for (const std::uint32_t end : ends) {
+      if (end > begin) sort(buffers.next(begin), end - begin, shift - kDigitBits);
+      begin = end;
+    }
+  }
+
+  void sort_in_parallel(const Buffers& buffers, std::uint32_t n, int shift) const {
+    std::vector<Counts> places((n + kTask - 1) / kTask);
+    for_tasks(n, execution_, [&](std::size_t task, std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t i = begin; i < end; ++i) ++places[task][digit(buffers.from[i], shift)];
+    });
+    // Bucket by bucket, and within a bucket task by task: equal digits keep their order.
+    Counts ends{};
+    std::uint32_t sum = 0;
+    for (std::uint32_t bucket = 0; bucket < kBuckets; ++bucket) {
+      for (Counts& counts : places) sum += std::exchange(counts[bucket], sum);
+      ends[bucket] = sum;
+    }
+    for_tasks(n, execution_, [&](std::size_t task, std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t i = begin; i < end; ++i) {
+        buffers.to[places[task][digit(buffers.from[i], shift)]++] = buffers.from[i];
+      }
+    });
+    parallel_for(execution_, kBuckets, 1, [&](std::size_t bucket) {
+      const std::uint32_t begin = bucket == 0 ? 0 : ends[bucket - 1];
+      if (ends[bucket] > begin) sort(buffers.next(begin), ends[bucket] - begin, shift - kDigitBits);
+    });
+  }
+
+  PhotonSpans photons_;
+  const MortonGrid& grid_;
+  const Execution& execution_;
+};
 
 }  // namespace
 
-LargeArray<PhotonPlace> morton_order(PhotonSpans blocks, const MortonGrid& grid, const Execution& execution) {
-  std::vector<std::uint32_t> first(blocks.size());
+LargeArray<PhotonKey> morton_order(PhotonSpans photons, const MortonGrid& grid, const Execution& execution) {
   std::uint32_t n = 0;
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    first[b] = n;
-    n += static_cast<std::uint32_t>(blocks[b].size());
+  for (const auto& span : photons) n += static_cast<std::uint32_t>(span.size());
+  auto keys = make_large_array<PhotonKey>(n);
+  const auto scratch = make_large_array<PhotonKey>(n);
+  PhotonKey* key = keys.get();
+  for (std::uint32_t span = 0; span < photons.size(); ++span) {
+    for (std::uint32_t i = 0; i < photons[span].size(); ++i) *key++ = {span << PhotonKey::kOffsetBits | i};
   }
-  // Left uninitialized: the first to touch their pages are the threads that fill them.
-  auto places = make_large_array<PhotonPlace>(n);
-  const auto scratch = make_large_array<PhotonPlace>(n);
-  parallel_for(execution, blocks.size(), 1, [&](std::size_t b) {
-    for (std::uint32_t i = 0; i < blocks[b].size(); ++i) {
-      places[first[b] + i] = {grid.code(blocks[b][i].position), static_cast<std::uint32_t>(b), i};
-    }
-  });
-  if (!execution.cancelled()) sort({places.get(), scratch.get(), false}, n, kFirstShift, execution);
-  return places;
+  if (n > 1) Sorter(photons, grid, execution).order({keys.get(), scratch.get(), false}, n);
+  return keys;
 }
 
 }  // namespace photond

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -14,7 +13,7 @@
 
 namespace photond {
 
-/// Photons in several pieces of memory, one after the other.
+/// Photons in several pieces of memory, one after the other, each of at most PhotonKey::kMaxSpan.
 using PhotonSpans = std::span<const std::span<const Photon>>;
 
 /// Cells of a cube around `bounds`, 2²¹ an axis, numbered along the Morton curve. They are cubes: of flat ones,
@@ -36,18 +35,25 @@ class MortonGrid {
   }
   /// Its first nine bits: the number of the cube of 2¹⁸ cells an axis that it is in.
   std::uint32_t cube(const Vec3& p) const {
-    static constexpr std::uint32_t kSpread[8] = {0, 1, 8, 9, 64, 65, 72, 73};   // two zero bits between any two
-    const Vec3 cell = (p - min_) * scale_;
-    const auto spread = [](float v) { return kSpread[coordinate(v) >> (kAxisBits - 3)]; };
-    return spread(cell.x) << 2 | spread(cell.y) << 1 | spread(cell.z);
+    return static_cast<std::uint32_t>(code(p) >> (3 * kAxisBits - 9));
   }
   static constexpr std::uint32_t kCubes = 512;
+  /// Where a cube is among the eight of each axis.
+  static Vec3 cube_position(std::uint32_t cube) {
+    const auto axis = [cube](int first) {
+      return static_cast<float>((cube >> first & 1) | (cube >> (first + 3) & 1) << 1 | (cube >> (first + 6) & 1) << 2);
+    };
+    return {axis(2), axis(1), axis(0)};
+  }
 
  private:
   static constexpr std::int32_t kCells = 1 << kAxisBits;
 
+  // Written so that no branch is needed.
   static std::uint32_t coordinate(float v) {
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::clamp(v, 0.0f, static_cast<float>(kCells - 1))));
+    constexpr auto kLast = static_cast<float>(kCells - 1);
+    const float above = v > 0 ? v : 0;
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(above < kLast ? above : kLast));
   }
 
   // Two zero bits between any two.
@@ -66,15 +72,22 @@ class MortonGrid {
   float scale_ = 0;
 };
 
-/// Where a photon stands.
-struct PhotonPlace {
-  std::uint64_t code;      ///< of its position
-  std::uint32_t block;
-  std::uint32_t offset;    ///< within the block
+/// A photon among others: where it stands, and above that what is sorted by.
+struct PhotonKey {
+  static constexpr int kOffsetBits = 11;   // within a span
+  static constexpr std::size_t kMaxSpan = std::size_t{1} << kOffsetBits;
+
+  std::uint64_t bits;
+
+  const Photon& of(PhotonSpans photons) const {
+    const auto place = static_cast<std::uint32_t>(bits);
+    return photons[place >> kOffsetBits][place & (kMaxSpan - 1)];
+  }
 };
 
-/// The places of all photons (the blocks' sizes in sum) along the Morton curve; photons of one cell in the order of
-/// the blocks, so the result does not depend on the execution. Undefined once `execution` is cancelled.
-LargeArray<PhotonPlace> morton_order(PhotonSpans blocks, const MortonGrid& grid, const Execution& execution);
+/// All photons along the grid's curve; those of one cell, or at most 32 so close that 31 bits do not tell them apart from
+/// the rest, as they stand. So the result does not depend on the execution. Undefined once that is cancelled. At most
+/// 2²¹ spans.
+LargeArray<PhotonKey> morton_order(PhotonSpans photons, const MortonGrid& grid, const Execution& execution);
 
 }  // namespace photond

@@ -8,16 +8,20 @@ namespace photond {
 
 void PhotonCells::Unmap::operator()(std::byte* slab) const noexcept { munmap(slab, kSlabBytes); }
 
+std::byte* PhotonCells::take_slab() {
+  if (large_slabs_.size() < kLargeSlabs) return large_slabs_.emplace_back(make_large_array<std::byte>(kSlabBytes)).get();
+  void* slab = mmap(nullptr, kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (slab == MAP_FAILED) throw std::bad_alloc();
+  return slabs_.emplace_back(static_cast<std::byte*>(slab)).get();
+}
+
 std::span<Photon> PhotonCells::take_chunk() {
   if (taken_ == kSlabBytes) {
-    void* slab = mmap(nullptr, kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (slab == MAP_FAILED) throw std::bad_alloc();
-    slabs_.emplace_back(static_cast<std::byte*>(slab));
+    slab_ = take_slab();
     taken_ = 0;
-    if (slabs_.size() <= kLargePages) (void)madvise(slab, kSlabBytes, MADV_HUGEPAGE);   // not all systems have them
   }
-  std::byte* chunk = slabs_.back().get() + taken_;
-  const std::size_t bytes = slabs_.size() <= kLargePages ? kSmallChunk : kLargeChunk;
+  std::byte* chunk = slab_ + taken_;
+  const std::size_t bytes = slabs_.empty() ? kSmallChunk : kLargeChunk;
   taken_ += bytes;
   return {reinterpret_cast<Photon*>(chunk), bytes / sizeof(Photon)};
 }
@@ -31,12 +35,26 @@ void PhotonCells::grow(std::uint32_t cell) {
 
 void PhotonCells::append(std::span<const Photon> photons) {
   for (const Photon& photon : photons) {
-    bounds_.add(photon.position);
     const std::uint32_t cell = grid_.cube(photon.position);
     if (next_[cell] == end_[cell]) grow(cell);
     *next_[cell]++ = photon;
   }
   size_ += photons.size();
+}
+
+MortonGrid PhotonCells::fine_grid() const {
+  Bounds3 taken;   // cells
+  for (std::uint32_t cell = 0; cell < cells_.size(); ++cell) {
+    if (size(cell) > 0) taken.add(MortonGrid::cube_position(cell));
+  }
+  if (taken.empty() || max_component(taken.extent()) >= 3) return grid_;
+  Bounds3 bounds;
+  for (std::uint32_t cell = 0; cell < cells_.size(); ++cell) {
+    for (const auto& span : photons(cell)) {
+      for (const Photon& photon : span) bounds.add(photon.position);
+    }
+  }
+  return MortonGrid(bounds);
 }
 
 std::vector<std::span<const Photon>> PhotonCells::photons(std::uint32_t cell) const {

@@ -37,7 +37,7 @@ PhotonCells cells_of(std::span<const Photon> photons) {
 }  // namespace
 
 PhotonMap::PhotonMap(PhotonCells cells, bool etendues, const Execution& execution)
-    : size_(static_cast<std::uint32_t>(cells.size())), order_{cells.grid(), MortonGrid(cells.bounds())} {
+    : size_(static_cast<std::uint32_t>(cells.size())), order_{cells.grid(), cells.fine_grid()} {
   leaves_ = make_large_array<PhotonLeaf>(leaf_count());
   if (etendues) etendues_ = make_large_array<PhotonLeaf::Lanes<float>>(leaf_count());
   std::array<std::uint32_t, MortonGrid::kCubes> first;
@@ -68,11 +68,10 @@ void PhotonMap::take(PhotonSpans photons, std::uint32_t first, const Execution& 
   if (execution.cancelled()) return;   // there is no order
   std::size_t n = 0;
   for (const auto& span : photons) n += span.size();
-  const auto at = [&](std::size_t i) { return &photons[order[i].block][order[i].offset]; };
   parallel_for(execution, (n + kPiece - 1) / kPiece, 1, [&](std::size_t piece) {
     for (std::size_t i = piece * kPiece; i < std::min(n, (piece + 1) * kPiece); ++i) {
-      __builtin_prefetch(at(std::min(i + kAhead, n - 1)));
-      set(first + static_cast<std::uint32_t>(i), *at(i));
+      __builtin_prefetch(&order[std::min(i + kAhead, n - 1)].of(photons));
+      set(first + static_cast<std::uint32_t>(i), order[i].of(photons));
     }
   });
 }

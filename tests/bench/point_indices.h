@@ -199,15 +199,17 @@ class ImplicitOctree {
  public:
   ImplicitOctree(std::span<const Photon> photons, const Execution& execution) {
     std::vector<std::span<const Photon>> blocks;
-    for (std::size_t i = 0; i < photons.size(); i += 8192) {
-      blocks.push_back(photons.subspan(i, std::min<std::size_t>(8192, photons.size() - i)));
+    for (std::size_t i = 0; i < photons.size(); i += PhotonKey::kMaxSpan) {
+      blocks.push_back(photons.subspan(i, std::min(PhotonKey::kMaxSpan, photons.size() - i)));
     }
     for (const Photon& photon : photons) bounds_.add(photon.position);
-    const auto order = morton_order(blocks, MortonGrid(bounds_), execution);
+    const MortonGrid grid(bounds_);
+    const auto order = morton_order(blocks, grid, execution);
     codes_.resize(photons.size());
     points_.set(static_cast<std::uint32_t>(photons.size()), execution, [&](std::size_t i) {
-      codes_[i] = order[i].code;
-      return blocks[order[i].block][order[i].offset].position;
+      const Vec3 position = order[i].of(blocks).position;
+      codes_[i] = grid.code(position);
+      return position;
     });
   }
 
