@@ -1,5 +1,6 @@
 #include "core/trace/accel.h"
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <string>
@@ -7,7 +8,9 @@
 
 #include "core/math/rng.h"
 #include "core/scene/texture.h"
+#include "core/trace/crossing_rays.h"
 #include "core/trace/embree_rays.h"
+#include "core/trace/few_triangles.h"
 #include "core/trace/overlap.h"
 
 namespace photond {
@@ -76,6 +79,13 @@ RTCBuildQuality build_quality(const Scene& scene) {
   return overlap(scene) <= kApart ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM;
 }
 
+// What lies in a face of the box is met by rays within that face, too.
+Bounds3 widened(const Bounds3& box) {
+  if (box.empty()) return box;
+  const Vec3 margin(0x1p-20f * std::max(max_component(glm::abs(box.min)), max_component(glm::abs(box.max))));
+  return {box.min - margin, box.max + margin};
+}
+
 bool is_identity(const Affine& m) { return m == Affine(1); }
 
 struct DeviceDeleter {
@@ -100,11 +110,15 @@ struct Accel::State {
   std::vector<AlphaMesh> alpha_meshes;
   DevicePtr device;
   std::vector<ScenePtr> mesh_scenes;
-  ScenePtr top;
+  ScenePtr top;            // all but the few
+  ScenePtr few_scene;      // the few for rays that come one by one
+  FewTriangles few;        // for those that lie side by side
+  Bounds3 top_bounds;
 
   Status check(const char* what) const;
   RTCGeometry triangles(const Scene& scene, const Mesh& mesh);
-  void add_instance(const Scene& scene, std::uint32_t index, bool shared);
+  ScenePtr new_scene();
+  void add_instance(const Scene& scene, std::uint32_t index, bool shared, RTCScene to);
   RTCScene mesh_scene(const Scene& scene, std::uint32_t mesh);
 };
 
@@ -113,6 +127,12 @@ Status Accel::State::check(const char* what) const {
   if (code == RTC_ERROR_NONE) return Done{};
   const ErrorCode kind = code == RTC_ERROR_OUT_OF_MEMORY ? ErrorCode::limit_exceeded : ErrorCode::internal;
   return Error{kind, std::string("Embree failed while ") + what + " (error " + std::to_string(code) + ")", {}};
+}
+
+ScenePtr Accel::State::new_scene() {
+  ScenePtr scene(rtcNewScene(device.get()));
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  return scene;
 }
 
 RTCGeometry Accel::State::triangles(const Scene& scene, const Mesh& mesh) {
@@ -134,8 +154,7 @@ RTCGeometry Accel::State::triangles(const Scene& scene, const Mesh& mesh) {
 
 RTCScene Accel::State::mesh_scene(const Scene& scene, std::uint32_t mesh) {
   if (mesh_scenes[mesh] == nullptr) {
-    mesh_scenes[mesh].reset(rtcNewScene(device.get()));
-    rtcSetSceneFlags(mesh_scenes[mesh].get(), RTC_SCENE_FLAG_ROBUST);
+    mesh_scenes[mesh] = new_scene();
     RTCGeometry geometry = triangles(scene, scene.meshes[mesh]);
     rtcAttachGeometry(mesh_scenes[mesh].get(), geometry);
     rtcReleaseGeometry(geometry);
@@ -144,7 +163,7 @@ RTCScene Accel::State::mesh_scene(const Scene& scene, std::uint32_t mesh) {
   return mesh_scenes[mesh].get();
 }
 
-void Accel::State::add_instance(const Scene& scene, std::uint32_t index, bool shared) {
+void Accel::State::add_instance(const Scene& scene, std::uint32_t index, bool shared, RTCScene to) {
   const Instance& instance = scene.instances[index];
   RTCGeometry geometry = nullptr;
   if (!shared && is_identity(instance.to_world)) {
@@ -155,7 +174,7 @@ void Accel::State::add_instance(const Scene& scene, std::uint32_t index, bool sh
     rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, &instance.to_world);
     rtcCommitGeometry(geometry);
   }
-  rtcAttachGeometryByID(top.get(), geometry, index);
+  rtcAttachGeometryByID(to, geometry, index);
   rtcReleaseGeometry(geometry);
 }
 
@@ -164,7 +183,9 @@ Accel::~Accel() = default;
 Accel::Accel(Accel&&) noexcept = default;
 Accel& Accel::operator=(Accel&&) noexcept = default;
 
-Result<Accel> Accel::build(const Scene& scene) {
+Result<Accel> Accel::build(const Scene& scene) { return build(scene, FewTriangles::choose(scene)); }
+
+Result<Accel> Accel::build(const Scene& scene, std::span<const std::uint32_t> few) {
   Accel accel;
   State& state = *accel.state_;
   // Nobody sets flush-to-zero here: Embree's only wish for it is speed with denormals.
@@ -176,27 +197,58 @@ Result<Accel> Accel::build(const Scene& scene) {
   for (const Instance& instance : scene.instances) ++uses[instance.mesh];
   state.mesh_scenes.resize(scene.meshes.size());
   state.alpha_meshes.reserve(scene.meshes.size());  // geometries point into it
-  state.top.reset(rtcNewScene(state.device.get()));
-  rtcSetSceneFlags(state.top.get(), RTC_SCENE_FLAG_ROBUST);
+  state.top = state.new_scene();
+  state.few_scene = state.new_scene();
   rtcSetSceneBuildQuality(state.top.get(), build_quality(scene));
+  state.few = FewTriangles(scene, few);
+  const std::vector<Bounds3> bounds = instance_bounds(scene);
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
-    state.add_instance(scene, i, uses[scene.instances[i].mesh] > 1);
+    if (std::ranges::find(few, i) != few.end()) {
+      state.add_instance(scene, i, false, state.few_scene.get());
+    } else {
+      state.add_instance(scene, i, uses[scene.instances[i].mesh] > 1, state.top.get());
+      if (bounds[i].empty()) continue;
+      state.top_bounds.add(bounds[i].min);
+      state.top_bounds.add(bounds[i].max);
+    }
   }
+  state.top_bounds = widened(state.top_bounds);
   rtcCommitScene(state.top.get());
+  rtcCommitScene(state.few_scene.get());
   if (Status status = state.check("building the scene"); !status) return status.error();
   return accel;
 }
 
-Hit Accel::intersect(const Ray& ray) const { return intersect_ray(state_->top.get(), ray); }
+Hit Accel::intersect(const Ray& ray) const {
+  const Hit hit = intersect_ray(state_->top.get(), ray);
+  if (state_->few.empty()) return hit;
+  const Hit near = intersect_ray(state_->few_scene.get(), {ray.origin, ray.direction, hit.t});
+  return near.found() ? near : hit;
+}
 
-bool Accel::occluded(const Ray& ray) const { return occlude_ray(state_->top.get(), ray); }
+bool Accel::occluded(const Ray& ray) const {
+  return (!state_->few.empty() && occlude_ray(state_->few_scene.get(), ray)) || occlude_ray(state_->top.get(), ray);
+}
 
 void Accel::intersect(const RayLanes& rays, std::uint32_t count, Coherence coherence, HitLanes& hits) const {
-  intersect_rays(state_->top.get(), rays, count, coherence, hits);
+  if (state_->few.empty()) return intersect_rays(state_->top.get(), rays, count, coherence, hits);
+  state_->few.intersect(rays, count, hits);
+  const CrossingRays crossing(state_->top_bounds, rays, hits.t, count);
+  HitLanes met;
+  intersect_rays(state_->top.get(), crossing.rays(), crossing.size(), coherence, met);
+  crossing.put(met, hits);
 }
 
 void Accel::occluded(const RayLanes& rays, std::uint32_t count, std::uint8_t (&hidden)[kLanes]) const {
-  occlude_rays(state_->top.get(), rays, count, hidden);
+  if (state_->few.empty()) return occlude_rays(state_->top.get(), rays, count, hidden);
+  state_->few.occluded(rays, count, hidden);
+  float t_max[kLanes];
+  const std::uint32_t end = whole_vectors(count);
+  for (std::uint32_t k = 0; k < end; ++k) t_max[k] = hidden[k] != 0 ? -1 : rays.t_max[k];   // nothing is that near
+  const CrossingRays crossing(state_->top_bounds, rays, t_max, count);
+  std::uint8_t met[kLanes];
+  occlude_rays(state_->top.get(), crossing.rays(), crossing.size(), met);
+  crossing.put(met, hidden);
 }
 
 std::uint64_t Accel::memory_bytes() const {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "core/base/result.h"
 #include "core/math/lanes.h"
@@ -52,8 +53,8 @@ struct alignas(64) HitLanes {
 /// Whether rays that lie side by side go much the same way, as those from a camera do: no matter of results.
 enum class Coherence : std::uint8_t { none, high };
 
-/// The intersection accelerator: one Embree scene in robust mode. Meshes placed several times are built once and
-/// instanced; meshes placed once with the identity transform lie directly in the top level.
+/// The intersection accelerator: FewTriangles, and an Embree scene in robust mode. Meshes placed several times are built
+/// once and instanced; meshes placed once with the identity transform lie directly in the top level.
 class Accel {
  public:
   Accel();
@@ -64,6 +65,8 @@ class Accel {
   /// Builds over `scene`, which must outlive the accelerator at the same address of its vectors' data. Texture
   /// lookups for alpha masks happen inside the traversal. Errors: what Embree reports (memory).
   static Result<Accel> build(const Scene& scene);
+  /// The same with these instances as FewTriangles.
+  static Result<Accel> build(const Scene& scene, std::span<const std::uint32_t> few);
 
   /// The nearest hit in (0, ray.t_max).
   Hit intersect(const Ray& ray) const;

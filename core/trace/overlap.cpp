@@ -9,20 +9,20 @@ constexpr std::size_t kMany = 2048;
 // To meet the triangles of two such meshes costs no more than to find out which comes first.
 constexpr std::size_t kFewTriangles = 16;
 
-// Half of it; lines meet a convex body in proportion to it.
-float surface(const Bounds3& box) {
-  const Vec3 e = box.extent();
-  return e.x * e.y + e.y * e.z + e.z * e.x;
-}
-
 Bounds3 common(const Bounds3& a, const Bounds3& b) { return {glm::max(a.min, b.min), glm::min(a.max, b.max)}; }
 
 bool is_empty(const Bounds3& box) { return glm::any(glm::lessThan(box.max, box.min)); }
 
 }  // namespace
 
+float half_surface(const Bounds3& box) {
+  if (box.empty()) return 0;
+  const Vec3 e = box.extent();
+  return e.x * e.y + e.y * e.z + e.z * e.x;
+}
+
 float overlap(const Scene& scene) {
-  const float whole = surface(world_bounds(scene));
+  const float whole = half_surface(world_bounds(scene));
   if (!(whole > 0)) return 0;
   const std::vector<Bounds3> all = instance_bounds(scene);
   std::vector<Bounds3> boxes;
@@ -34,7 +34,7 @@ float overlap(const Scene& scene) {
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       const Bounds3 both = common(boxes[i], boxes[j]);
-      if (!is_empty(both)) sum += surface(both) / whole;
+      if (!is_empty(both)) sum += half_surface(both) / whole;
     }
   }
   return sum;
