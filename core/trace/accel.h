@@ -65,7 +65,7 @@ class Accel {
   /// Builds over `scene`, which must outlive the accelerator at the same address of its vectors' data. Texture
   /// lookups for alpha masks happen inside the traversal. Errors: what Embree reports (memory).
   static Result<Accel> build(const Scene& scene);
-  /// The same with these instances as FewTriangles.
+  /// The same with these instances as FewTriangles: what FewTriangles::choose gave, or some of it.
   static Result<Accel> build(const Scene& scene, std::span<const std::uint32_t> few);
 
   /// The nearest hit in (0, ray.t_max).
