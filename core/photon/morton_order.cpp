@@ -30,7 +30,8 @@ std::uint32_t digit(const PhotonKey& key, int shift) {
   return static_cast<std::uint32_t>(key.bits >> shift) & (kBuckets - 1);
 }
 
-// Each key's place is the number of those before it, four counted at once. No two are equal.
+// Each key's place is the number of those before it, four counted at once. No two are equal. Counts beyond n are of
+// anything, and left out.
 void sort_few(const PhotonKey* from, std::uint32_t n, PhotonKey* to) {
   using Four = std::int64_t __attribute__((vector_size(32)));
   std::array<PhotonKey, kFew> keys;

@@ -4,6 +4,7 @@
 #include "core/trace/few_triangles.h"
 
 #include <algorithm>
+#include <cassert>
 
 #include "core/math/float8.h"
 #include "core/trace/overlap.h"
@@ -114,6 +115,7 @@ FewTriangles::FewTriangles(const Scene& scene, std::span<const std::uint32_t> in
     const std::size_t count = scene.meshes[scene.instances[instance].mesh].triangles.size();
     for (std::uint32_t i = 0; i < count; ++i) add(scene, instance, i);
   }
+  assert(triangles_.size() <= kFew);   // else there is no room in Passing
 }
 
 void FewTriangles::add(const Scene& scene, std::uint32_t instance, std::uint32_t index) {
