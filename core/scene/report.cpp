@@ -5,6 +5,14 @@
 namespace photond {
 namespace {
 
+// Of a name in a sentence for a person; whole characters of UTF-8.
+std::string beginning(const std::string& name) {
+  constexpr std::size_t kMostBytes = 60;
+  std::size_t end = std::min(name.size(), kMostBytes);
+  while (end > 0 && end < name.size() && (static_cast<unsigned char>(name[end]) & 0xc0) == 0x80) --end;
+  return name.substr(0, end);
+}
+
 bool is_textured(const Material& m) {
   return m.base_color_texture.used() || m.metallic_roughness_texture.used() || m.normal_texture.used() ||
          m.emission_texture.used() || m.specular_texture.used() || m.specular_color_texture.used() ||
@@ -66,12 +74,12 @@ std::string light_type_name(LightType type) {
 }
 
 std::string unknown_camera(const std::string& asked, const std::vector<Camera>& cameras) {
-  constexpr std::size_t kMostNames = 8, kMostBytes = 60;  // the sentence is for a person
+  constexpr std::size_t kMostNames = 8;
   std::string known;
   for (std::size_t i = 0; i < std::min(cameras.size(), kMostNames); ++i)
-    known += (known.empty() ? "'" : ", '") + cameras[i].name.substr(0, kMostBytes) + "'";
+    known += (known.empty() ? "'" : ", '") + beginning(cameras[i].name) + "'";
   if (cameras.size() > kMostNames) known += " and " + std::to_string(cameras.size() - kMostNames) + " more";
-  return "there is no camera '" + asked.substr(0, kMostBytes) + "'; there are " + known;
+  return "there is no camera '" + beginning(asked) + "'; there are " + known;
 }
 
 }  // namespace photond
