@@ -152,7 +152,9 @@ TEST_F(FullDiskTest, JobsPauseWritesAreRefusedAndAllHealsByItself) {
   wait_for_state(endless, "rendering");
   EXPECT_EQ(picture(disturbed), expected) << "the same bits as without the full disk";
   for (const std::string& id : acknowledged) {
-    if (id != endless) EXPECT_EQ(wait_for_end(id)["state"], "succeeded");
+    if (id != endless) {
+      EXPECT_EQ(wait_for_end(id)["state"], "succeeded");
+    }
   }
   EXPECT_EQ(upload(small_glb("other")).size(), 64u);
   restart(options_);

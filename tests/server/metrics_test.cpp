@@ -64,8 +64,12 @@ Metrics parse_metrics(const std::string& text) {
         EXPECT_FALSE(closed.contains(family)) << "the lines of a family stand together: " << line;
         current = family;
       }
-      if (part[1] == "HELP") EXPECT_TRUE(helped.insert(family).second) << line;
-      if (part[1] == "TYPE") EXPECT_TRUE(metrics.types.emplace(family, part[3]).second) << line;
+      if (part[1] == "HELP") {
+        EXPECT_TRUE(helped.insert(family).second) << line;
+      }
+      if (part[1] == "TYPE") {
+        EXPECT_TRUE(metrics.types.emplace(family, part[3]).second) << line;
+      }
       continue;
     }
     if (!std::regex_match(line, part, kSample)) {

@@ -54,7 +54,9 @@ TEST(Reach, AHalfPlaneHasItsClosedForm) {
       const Reach reach(edges, point, kUp, 1);
       EXPECT_FALSE(reach.whole()) << d;
       EXPECT_NEAR(reach.coverage(1), half_plane(d), kSectorError) << d;
-      if (d > 0.5f) EXPECT_EQ(reach.coverage(0.25f), 1) << d;
+      if (d > 0.5f) {
+        EXPECT_EQ(reach.coverage(0.25f), 1) << d;
+      }
     }
   }
 }
