@@ -15,9 +15,10 @@
 
 namespace photond {
 
-/// Eight numbers side by side, what their comparisons say (−1 or 0), and eight vectors.
+/// Eight numbers side by side, what their comparisons say (−1 or 0), eight sets of bits, and eight vectors.
 using Float8 = float __attribute__((vector_size(32)));
 using Mask8 = std::int32_t __attribute__((vector_size(32)));
+using Bits8 = std::uint32_t __attribute__((vector_size(32)));
 struct Vec3x8 {
   Float8 x, y, z;
 };

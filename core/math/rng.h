@@ -19,6 +19,13 @@ inline std::uint64_t mix64(std::uint64_t x) {
   return x ^ (x >> 33);
 }
 
+/// The same of 32-bit values [Wellons 2018].
+inline std::uint32_t mix32(std::uint32_t x) {
+  x = (x ^ (x >> 16)) * 0x7feb352du;
+  x = (x ^ (x >> 15)) * 0x846ca68bu;
+  return x ^ (x >> 16);
+}
+
 /// What all random streams of one pass have in common.
 struct RngKey {
   RngKey(std::uint64_t seed, RngPurpose purpose, std::uint64_t pass)

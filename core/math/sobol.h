@@ -46,13 +46,6 @@ Word sobol_y_reversed(Word index) {
   return index ^ ((index >> 16) & 0x0000ffffu);
 }
 
-/// A bijection of 32-bit values with good avalanche [Wellons 2018].
-inline std::uint32_t mix32(std::uint32_t x) {
-  x = (x ^ (x >> 16)) * 0x7feb352du;
-  x = (x ^ (x >> 15)) * 0x846ca68bu;
-  return x ^ (x >> 16);
-}
-
 /// What scrambles a two-dimensional sequence.
 struct SobolKeys {
   std::uint32_t order, x, y;

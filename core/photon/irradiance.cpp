@@ -23,13 +23,6 @@ Rgb arriving(const PhotonMap& map, const Vec3& position, const Vec3& normal, con
   return estimate_irradiance(map, position, normal, cut, radius_sq);
 }
 
-// To the nearest value that places hold: the map's own rounding by chance would depend on the places' numbers.
-Rgb rounded(const Rgb& irradiance) {
-  static constexpr std::uint32_t kHalf = 1 << 14;
-  const auto channel = [](float v) { return decode_flux(encode_flux(v, kHalf)); };
-  return {channel(irradiance.x), channel(irradiance.y), channel(irradiance.z)};
-}
-
 // Whether a place so far off lies before every edge.
 bool within(const Reach& reach, const Vec3& offset) {
   if (reach.whole()) return true;
@@ -103,7 +96,7 @@ Irradiance::Irradiance(std::span<const PhotonMap* const> maps, double emitted, s
       const Vec3 normal = glm::normalize(from->normal(photon));
       Rgb sum(0);
       for (const PhotonMap* map : maps) sum += arriving(*map, place.position, normal, edges, reach);
-      place.flux = rounded(sum / static_cast<float>(emitted));
+      place.flux = nearest_flux(sum / static_cast<float>(emitted));
     });
   }
   places_ = PhotonMap(places, execution);

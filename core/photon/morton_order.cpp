@@ -10,12 +10,14 @@
 #include <utility>
 #include <vector>
 
+#include "core/photon/photon_lanes.h"
+
 namespace photond {
 
 namespace {
 
 constexpr int kPlaceBits = 32;
-constexpr int kCodeBits = 31;                            // of a code, above the place: keys are compared with their sign
+constexpr int kCodeBits = MortonGrid::kPartBits;         // above the place: keys are compared with their sign
 constexpr int kDigitBits = 9;                            // three an axis
 constexpr int kFirstShift = kPlaceBits + kCodeBits - kDigitBits;
 constexpr std::uint32_t kBuckets = 1u << kDigitBits;
@@ -71,8 +73,25 @@ class Sorter {
   Sorter(PhotonSpans photons, const MortonGrid& grid, const Execution& execution)
       : photons_(photons), grid_(grid), execution_(execution) {}
 
-  // Sorts keys of which only the places are told, by the first bits in which their codes differ.
-  void order(const Buffers& buffers, std::uint32_t n) const {
+  // Sets the keys of all photons as they stand, `from`, and sorts them.
+  void order(const Buffers& buffers, std::uint32_t n, int levels) const {
+    std::vector<std::uint32_t> first(photons_.size());
+    for (std::size_t span = 1; span < first.size(); ++span) {
+      first[span] = first[span - 1] + static_cast<std::uint32_t>(photons_[span - 1].size());
+    }
+    parallel_for(execution_, photons_.size(), 8, [&](std::size_t span) {
+      PhotonKey* keys = buffers.from + first[span];
+      std::uint64_t place = span << PhotonKey::kOffsetBits;
+      for_parts(photons_[span], grid_, levels, [&](const Photon&, std::uint32_t part) {
+        (keys++)->bits = std::uint64_t{part} << kPlaceBits | place++;
+      });
+    });
+    sort(buffers, n, kFirstShift);
+  }
+
+ private:
+  // Sorts by the first bits in which codes differ.
+  void order_by_later_bits(const Buffers& buffers, std::uint32_t n) const {
     std::atomic<std::uint64_t> differing = 0;
     const auto code_of = [&](std::uint32_t i) { return grid_.code(buffers.from[i].of(photons_).position); };
     const std::uint64_t one = code_of(0);
@@ -95,12 +114,11 @@ class Sorter {
     sort(buffers, n, kFirstShift);
   }
 
- private:
   void sort(const Buffers& buffers, std::uint32_t n, int shift) const {
     if (n <= kFew) {
       sort_few(buffers.from, n, buffers.ends_in_to ? buffers.to : buffers.from);
     } else if (shift < kPlaceBits) {
-      if (!execution_.cancelled()) order(buffers, n);   // by bits that found no room
+      if (!execution_.cancelled()) order_by_later_bits(buffers, n);
     } else if (n <= kTask) {
       sort_serially(buffers, n, shift);
     } else {
@@ -152,16 +170,12 @@ class Sorter {
 
 }  // namespace
 
-LargeArray<PhotonKey> morton_order(PhotonSpans photons, const MortonGrid& grid, const Execution& execution) {
+LargeArray<PhotonKey> morton_order(PhotonSpans photons, const MortonGrid& grid, int levels, const Execution& execution) {
   std::uint32_t n = 0;
   for (const auto& span : photons) n += static_cast<std::uint32_t>(span.size());
   auto keys = make_large_array<PhotonKey>(n);
   const auto scratch = make_large_array<PhotonKey>(n);
-  PhotonKey* key = keys.get();
-  for (std::uint32_t span = 0; span < photons.size(); ++span) {
-    for (std::uint32_t i = 0; i < photons[span].size(); ++i) *key++ = {span << PhotonKey::kOffsetBits | i};
-  }
-  if (n > 1) Sorter(photons, grid, execution).order({keys.get(), scratch.get(), false}, n);
+  if (n > 0) Sorter(photons, grid, execution).order({keys.get(), scratch.get(), false}, n, levels);
   return keys;
 }
 

@@ -20,14 +20,27 @@ inline std::uint16_t encode_flux(float value, std::uint32_t random) {
   return static_cast<std::uint16_t>((bits + (random & 0x7fff)) >> 15);
 }
 
-using PackedFlux = std::array<std::uint16_t, 3>;
+/// Three channels.
+struct PackedFlux {
+  std::uint32_t red_green = 0;   ///< red below
+  std::uint32_t blue = 0;
 
-/// Rounds the three channels with numbers that depend only on `index`.
-inline PackedFlux encode_flux(const Rgb& flux, std::uint64_t index) {
-  const std::uint64_t random = mix64((index + 1) * 0x9e3779b97f4a7c15ULL);
-  return {encode_flux(flux.x, static_cast<std::uint32_t>(random)),
-          encode_flux(flux.y, static_cast<std::uint32_t>(random >> 16)),
-          encode_flux(flux.z, static_cast<std::uint32_t>(random >> 32))};
+  static PackedFlux of(std::uint32_t red, std::uint32_t green, std::uint32_t blue) { return {red | green << 16, blue}; }
+  std::uint16_t operator[](int channel) const {
+    return static_cast<std::uint16_t>(channel == 2 ? blue : red_green >> (16 * channel));
+  }
+};
+
+/// Rounds the three channels with numbers that depend only on `key`.
+inline PackedFlux encode_flux(const Rgb& flux, std::uint32_t key) {
+  const std::uint32_t random = mix32(key), more = mix32(random + 0x9e3779b9u);
+  return PackedFlux::of(encode_flux(flux.x, random), encode_flux(flux.y, random >> 15), encode_flux(flux.z, more));
+}
+
+/// Rounds to the nearest.
+inline PackedFlux nearest_flux(const Rgb& flux) {
+  constexpr std::uint32_t kHalf = 1 << 14;
+  return PackedFlux::of(encode_flux(flux.x, kHalf), encode_flux(flux.y, kHalf), encode_flux(flux.z, kHalf));
 }
 
 }  // namespace photond

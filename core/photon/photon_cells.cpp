@@ -4,6 +4,8 @@
 
 #include <sys/mman.h>
 
+#include "core/photon/photon_lanes.h"
+
 namespace photond {
 
 void PhotonCells::Unmap::operator()(std::byte* slab) const noexcept { munmap(slab, kSlabBytes); }
@@ -34,11 +36,11 @@ void PhotonCells::grow(std::uint32_t cell) {
 }
 
 void PhotonCells::append(std::span<const Photon> photons) {
-  for (const Photon& photon : photons) {
-    const std::uint32_t cell = grid_.cube(photon.position);
+  for_parts(photons, grid_, 0, [&](const Photon& photon, std::uint32_t part) {
+    const std::uint32_t cell = part >> (MortonGrid::kPartBits - MortonGrid::kCubeBits);
     if (next_[cell] == end_[cell]) grow(cell);
-    *next_[cell]++ = photon;
-  }
+    copy(photon, *next_[cell]++);
+  });
   size_ += photons.size();
 }
 

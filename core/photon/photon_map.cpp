@@ -2,17 +2,29 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <ranges>
 #include <vector>
+
+#include "core/photon/photon_lanes.h"
+
+// Vectors of eight are neither passed nor returned: all that takes them is inlined.
+#pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace photond {
 
 namespace {
 
-// By number and direction: photons in one place are rounded apart, and so are those of one number in the maps of several
-// passes.
-std::uint64_t rounding_key(const Photon& photon, std::uint32_t number) {
-  return std::uint64_t{photon.direction} << 32 | number;
+template <class Lanes>
+[[gnu::always_inline]] inline void store(Lanes& lanes, const Mask8& v) {
+  static_assert(sizeof lanes == sizeof v);
+  std::memcpy(&lanes, &v, sizeof v);
+}
+
+[[gnu::always_inline]] inline void store_low(PhotonLeaf::Lanes<std::uint16_t>& lanes, const Mask8& v) {
+  using Half8 = std::uint16_t __attribute__((vector_size(16)));
+  const Half8 low = __builtin_convertvector(v, Half8);
+  std::memcpy(&lanes, &low, sizeof low);
 }
 
 Bounds3 bounds_of(const PhotonLeaf& leaf, std::uint32_t count) {
@@ -21,8 +33,6 @@ Bounds3 bounds_of(const PhotonLeaf& leaf, std::uint32_t count) {
   return bounds;
 }
 
-// Photons between asking for one and reading it.
-constexpr std::size_t kAhead = 24;
 // Photons of a task.
 constexpr std::size_t kPiece = 16'384;
 
@@ -64,14 +74,22 @@ PhotonMap::PhotonMap(std::span<const Photon> photons, const Execution& execution
     : PhotonMap(cells_of(photons), false, execution) {}
 
 void PhotonMap::take(PhotonSpans photons, std::uint32_t first, const Execution& execution) {
-  const auto order = morton_order(photons, order_.fine, execution);
+  const int levels = order_.fine == order_.cells ? MortonGrid::kCubeLevels : 0;
+  const auto order = morton_order(photons, order_.fine, levels, execution);
   if (execution.cancelled()) return;   // there is no order
   std::size_t n = 0;
   for (const auto& span : photons) n += span.size();
   parallel_for(execution, (n + kPiece - 1) / kPiece, 1, [&](std::size_t piece) {
-    for (std::size_t i = piece * kPiece; i < std::min(n, (piece + 1) * kPiece); ++i) {
-      __builtin_prefetch(&order[std::min(i + kAhead, n - 1)].of(photons));
-      set(first + static_cast<std::uint32_t>(i), order[i].of(photons));
+    const std::size_t end = std::min(n, (piece + 1) * kPiece);
+    for (std::size_t i = piece * kPiece; i < end;) {
+      const auto to = first + static_cast<std::uint32_t>(i);
+      if (lane(to) != 0 || end - i < PhotonLeaf::kSize) {
+        set(to, order[i++].of(photons));
+        continue;
+      }
+      std::array<const Photon*, PhotonLeaf::kSize> eight;
+      for (const Photon*& photon : eight) photon = &order[i++].of(photons);
+      set_leaf(to / PhotonLeaf::kSize, eight);
     }
   });
 }
@@ -84,9 +102,22 @@ void PhotonMap::set(std::uint32_t i, const Photon& photon) {
   leaf.z[k] = photon.position.z;
   leaf.normal[k] = photon.normal;
   leaf.direction[k] = photon.direction;
-  const PackedFlux flux = encode_flux(photon.flux, rounding_key(photon, i));
-  for (int c = 0; c < 3; ++c) leaf.flux[c][k] = flux[c];
+  for (int c = 0; c < 3; ++c) leaf.flux[c][k] = photon.flux[c];
   if (has_etendues()) etendues_[i / PhotonLeaf::kSize][k] = photon.etendue;
+}
+
+void PhotonMap::set_leaf(std::uint32_t i, const std::array<const Photon*, PhotonLeaf::kSize>& photons) {
+  const std::array<Mask8, 8> m = transposed(photons);
+  PhotonLeaf& leaf = leaves_[i];
+  store(leaf.x, m[0]);
+  store(leaf.y, m[1]);
+  store(leaf.z, m[2]);
+  store(leaf.direction, m[3]);
+  store(leaf.normal, m[4]);
+  store_low(leaf.flux[0], m[5]);
+  store_low(leaf.flux[1], m[5] >> 16);
+  store_low(leaf.flux[2], m[6]);
+  if (has_etendues()) store(etendues_[i], m[7]);
 }
 
 std::optional<PhotonMap> PhotonMap::over(const Head& head, std::span<const PhotonLeaf> leaves,

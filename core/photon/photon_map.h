@@ -97,6 +97,7 @@ class PhotonMap {
   // Photons of one cell, which are numbered from `first` on in the map.
   void take(PhotonSpans photons, std::uint32_t first, const Execution& execution);
   void set(std::uint32_t i, const Photon& photon);
+  void set_leaf(std::uint32_t i, const std::array<const Photon*, PhotonLeaf::kSize>& photons);
 
   const PhotonLeaf& of(std::uint32_t i) const { return leaves_[i / PhotonLeaf::kSize]; }
   static std::uint32_t lane(std::uint32_t i) { return i % PhotonLeaf::kSize; }

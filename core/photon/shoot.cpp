@@ -2,6 +2,7 @@
 #include "core/photon/shoot.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <new>
 
@@ -24,6 +25,13 @@ float shading_normal_factor(const SurfacePoint& s, const Vec3& in, const Vec3& o
   const float above = std::abs(glm::dot(in, s.ns) * glm::dot(out, s.ng));
   const float below = std::abs(glm::dot(in, s.ng) * glm::dot(out, s.ns));
   return below > 0 ? std::min(above / below, kMax) : 0;
+}
+
+// By place and direction, so that photons are rounded apart.
+PackedFlux rounded(const Rgb& flux, const Vec3& position, std::uint32_t from) {
+  const auto bits = [](float v) { return std::bit_cast<std::uint32_t>(v); };
+  return encode_flux(flux, from ^ 0x9e3779b1u * bits(position.x) ^ 0x85ebca77u * bits(position.y) ^
+                               0xc2b2ae3du * bits(position.z));
 }
 
 // Walks that are advanced together: their plain bounces are computed several at a time, and while one waits for its
@@ -204,9 +212,14 @@ class Shooter {
       bounces_.set(k, scene_.placed[hit.instance], hit, walk.ray.direction, walk.flux, walk.depth, walk.rng);
     }
     bounces_.scatter(plain.size);
+    for (std::uint32_t k = 0; k < whole_vectors(plain.size); ++k) {
+      const PackedFlux flux = rounded(bounces_.flux[k], bounces_.position[k], bounces_.from[k]);
+      red_green_[k] = flux.red_green;
+      blue_[k] = flux.blue;
+    }
     for (std::uint32_t k = 0; k < plain.size; ++k) {
       Walk& walk = walks_[plain.items[k]];
-      store(walk, bounces_.position[k], bounces_.from[k], bounces_.normal[k], walk.depth > 0);
+      store(walk, bounces_.position[k], bounces_.from[k], bounces_.normal[k], {red_green_[k], blue_[k]}, walk.depth > 0);
       block_.ledger.absorbed += static_cast<double>(walk.power) - bounces_.next_power[k];
       walk.ray.origin = bounces_.origin[k];
       walk.ray.direction = bounces_.next_direction[k];
@@ -286,12 +299,17 @@ class Shooter {
   }
 
   void store(const Walk& walk, const Vec3& position, std::uint32_t from, std::uint32_t normal, bool wanted) {
+    store(walk, position, from, normal, rounded(walk.flux, position, from), wanted);
+  }
+
+  void store(const Walk& walk, const Vec3& position, std::uint32_t from, std::uint32_t normal, const PackedFlux& flux,
+             bool wanted) {
     std::uint32_t& count = stored_count_[walk.map];
     Photon& photon = stored_[walk.map][count];
     photon.position = position;
     photon.direction = from;
     photon.normal = normal;
-    photon.flux = walk.flux;
+    photon.flux = flux;
     photon.etendue = walk.etendue;
     count += wanted;
   }
@@ -319,6 +337,7 @@ class Shooter {
   HitLanes met_;
   EmissionLanes emissions_{};
   PlainBounces bounces_{};
+  std::uint32_t red_green_[kLanes], blue_[kLanes];   // of their fluxes
   SurfaceLanes surfaces_{};
   std::array<std::array<Photon, kBatch + 1>, 2> stored_;  // one more: an unwanted photon is written, too
   std::array<std::uint32_t, 2> stored_count_{};

@@ -151,7 +151,7 @@ std::vector<Photon> photons_of(const PhotonMap& map) {
   for (std::uint32_t i = 0; i < map.size(); ++i) {
     // A multiplier that shares no factor with most sizes scatters them again.
     const auto j = static_cast<std::uint32_t>(i * 2'654'435'761ull % map.size());
-    photons.push_back({map.position(j), encode_direction(map.direction(j)), encode_normal(map.normal(j)), map.flux(j)});
+    photons.push_back({map.position(j), encode_direction(map.direction(j)), encode_normal(map.normal(j)), nearest_flux(map.flux(j))});
   }
   return photons;
 }

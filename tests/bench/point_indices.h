@@ -204,7 +204,7 @@ class ImplicitOctree {
     }
     for (const Photon& photon : photons) bounds_.add(photon.position);
     const MortonGrid grid(bounds_);
-    const auto order = morton_order(blocks, grid, execution);
+    const auto order = morton_order(blocks, grid, 0, execution);
     codes_.resize(photons.size());
     points_.set(static_cast<std::uint32_t>(photons.size()), execution, [&](std::size_t i) {
       const Vec3 position = order[i].of(blocks).position;

@@ -141,7 +141,7 @@ TEST(HardCaseStatistical, BillionTerms39) {
   Rng rng(39, RngPurpose::pilot, 39, 0);
   for (std::uint32_t i = 0; i < kPhotons; ++i) {
     const Vec2 u = rng.next2();
-    photons.push_back({{u.x, u.y, 0}, encode_direction({0, 0, 1}), encode_normal({0, 0, 1}), Rgb(0.125f)});
+    photons.push_back({{u.x, u.y, 0}, encode_direction({0, 0, 1}), encode_normal({0, 0, 1}), nearest_flux(Rgb(0.125f))});
     const Vec3 d = photons.back().position - Vec3(0.5f, 0.5f, 0);
     expected += 0.125 * static_cast<double>(epanechnikov(glm::dot(d, d), 1)) / std::numbers::pi;
   }

@@ -227,7 +227,7 @@ TEST(HardCase, GrazingPhotonsOnShadingNormals24) {
   constexpr int kPhotons = 20'000;
   for (int i = 0; i < kPhotons; ++i) {
     const Vec2 p = rng.next2();
-    photons.push_back({{p.x, p.y, 0}, encode_direction(towards), encode_normal({0, 0, 1}), Rgb(1)});
+    photons.push_back({{p.x, p.y, 0}, encode_direction(towards), encode_normal({0, 0, 1}), nearest_flux(Rgb(1))});
   }
   const PhotonMap map(photons, Execution{});
   Scene scene = empty_scene();

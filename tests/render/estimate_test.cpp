@@ -40,7 +40,7 @@ struct Receiver {
 void add_floor(std::vector<Photon>& photons, Rng& rng, int count, float w = 1, float h = 1) {
   for (int i = 0; i < count; ++i) {
     const Vec2 u = rng.next2();
-    photons.push_back({{w * u.x, h * u.y, 0}, encode_direction({0, 0, 1}), encode_normal({0, 0, 1}), Rgb(1)});
+    photons.push_back({{w * u.x, h * u.y, 0}, encode_direction({0, 0, 1}), encode_normal({0, 0, 1}), nearest_flux(Rgb(1))});
   }
 }
 
@@ -137,7 +137,7 @@ TEST(HardCase, SphereReceiver31) {
       const auto lay = [](std::vector<Photon>& photons, Rng& rng) {
         for (int i = 0; i < 5000; ++i) {
           const Vec3 n = square_to_sphere(rng.next2());
-          photons.push_back({n, encode_direction(n), encode_normal(n), Rgb(1)});
+          photons.push_back({n, encode_direction(n), encode_normal(n), nearest_flux(Rgb(1))});
         }
       };
       q.add("seed " + std::to_string(seed), over_maps(seed, 600, lay, [&](const PhotonMap& map) {
@@ -183,7 +183,7 @@ TEST(HardCase, ThinWall32) {
         add_floor(photons, rng, 10'000);
         for (int i = 0; i < 10'000; ++i) {  // the wall's lit side, at x = 1
           const Vec2 u = rng.next2();
-          photons.push_back({{1, u.x, u.y}, encode_direction({-1, 0, 0}), encode_normal({-1, 0, 0}), Rgb(1)});
+          photons.push_back({{1, u.x, u.y}, encode_direction({-1, 0, 0}), encode_normal({-1, 0, 0}), nearest_flux(Rgb(1))});
         }
       };
       q.add("seed " + std::to_string(seed), over_maps(seed, 200, lay, [&](const PhotonMap& map) {
@@ -212,7 +212,7 @@ TEST(HardCaseStatistical, Crease33) {
         add_floor(photons, rng, 10'000);
         for (int i = 0; i < 10'000; ++i) {
           const Vec2 u = rng.next2();
-          photons.push_back({{1, u.x, u.y}, encode_direction({-1, 0, 0}), encode_normal({-1, 0, 0}), Rgb(1)});
+          photons.push_back({{1, u.x, u.y}, encode_direction({-1, 0, 0}), encode_normal({-1, 0, 0}), nearest_flux(Rgb(1))});
         }
       };
       q.add("seed " + std::to_string(seed), over_maps(seed, 200, lay, [&](const PhotonMap& map) {
@@ -235,7 +235,7 @@ TEST(HardCase, IndexedGather40) {
     if (i % 3 == 2) points.push_back({0.5f, std::floor(4 * y) / 4, 0.5f});
   }
   std::vector<Photon> photons;
-  for (const Vec3& p : points) photons.push_back({p, 0, 0, Rgb(1)});
+  for (const Vec3& p : points) photons.push_back({p, 0, 0, nearest_flux(Rgb(1))});
   const PhotonMap map(photons, workers().execution());
   const auto key = [](const Vec3& p) { return std::array<float, 3>{p.x, p.y, p.z}; };
   int mismatches = 0;

@@ -14,7 +14,7 @@ std::shared_ptr<const PhotonMaps> floor_map(int count, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     const Vec2 u = rng.next2();
     // Half of them on [0, 1/2], half on the four times larger rest.
-    photons.push_back({{u.x < 0.5f ? u.x : 0.5f + 4 * (u.x - 0.5f), u.y, 0}, 0, 0, Rgb(1)});
+    photons.push_back({{u.x < 0.5f ? u.x : 0.5f + 4 * (u.x - 0.5f), u.y, 0}, 0, 0, nearest_flux(Rgb(1))});
   }
   auto maps = std::make_shared<PhotonMaps>();
   maps->global = PhotonMap(photons, Execution{});
@@ -54,7 +54,7 @@ TEST(Bandwidth, SaysNothingOfAHandfulOfPhotons) {
 /// Photons in one place: a radius, however small, never a division by zero.
 TEST(Bandwidth, CoincidentPhotonsHaveARadius) {
   auto maps = std::make_shared<PhotonMaps>();
-  maps->global = PhotonMap(std::vector<Photon>(100, Photon{{1, 2, 3}, 0, 0, Rgb(1)}), Execution{});
+  maps->global = PhotonMap(std::vector<Photon>(100, Photon{{1, 2, 3}, 0, 0, nearest_flux(Rgb(1))}), Execution{});
   const float r_sq = Bandwidth(maps, &maps->global, Execution{}).radius_sq({1, 2, 3}, 150);
   EXPECT_TRUE(std::isfinite(r_sq));
   EXPECT_GT(r_sq, 0);

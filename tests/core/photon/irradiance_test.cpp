@@ -16,7 +16,7 @@ namespace {
 constexpr Vec3 kUp{0, 0, 1};
 
 Photon photon(const Vec3& position, const Vec3& normal, const Rgb& flux) {
-  return {position, encode_direction(normal), encode_normal(normal), flux};
+  return {position, encode_direction(normal), encode_normal(normal), nearest_flux(flux)};
 }
 
 // Of one watt each, on the unit square.

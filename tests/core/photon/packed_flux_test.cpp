@@ -34,8 +34,8 @@ TEST(PackedFlux, MeanOfTheRoundedIsTheValue) {
 TEST(PackedFlux, ColoursKeepTheirEnergy) {
   for (const Rgb& colour : {Rgb(1, 1.2345e-3f, 1.2345e-3f), Rgb(1e-12f, 1e12f, 0.1f), Rgb(0.0999f, 0.9f, 3.3e-7f)}) {
     test::Sample relative[3];
-    for (std::uint64_t index = 0; index < 100'000; ++index) {
-      const PackedFlux packed = encode_flux(colour, index);
+    for (std::uint32_t key = 0; key < 100'000; ++key) {
+      const PackedFlux packed = encode_flux(colour, key);
       for (int c = 0; c < 3; ++c) relative[c].add(static_cast<double>(decode_flux(packed[c])) / colour[c] - 1);
     }
     for (const test::Sample& channel : relative) {
@@ -49,12 +49,12 @@ TEST(PackedFlux, ColoursKeepTheirEnergy) {
 // The three channels of a photon and photons that follow each other are rounded independently.
 TEST(PackedFlux, RoundingErrorsAreUncorrelated) {
   const float value = 1 + 1.0f / 512;                 // half way between two neighbours
-  const auto error = [&](std::uint64_t index, int c) { return decode_flux(encode_flux(Rgb(value), index)[c]) - value; };
+  const auto error = [&](std::uint32_t key, int c) { return decode_flux(encode_flux(Rgb(value), key)[c]) - value; };
   test::Sample channels;
   test::Sample neighbours;
-  for (std::uint64_t index = 0; index < 100'000; ++index) {
-    channels.add(error(index, 0) * error(index, 1));
-    neighbours.add(error(index, 2) * error(index + 1, 2));
+  for (std::uint32_t key = 0; key < 100'000; ++key) {
+    channels.add(error(key, 0) * error(key, 1));
+    neighbours.add(error(key, 2) * error(key + 1, 2));
   }
   EXPECT_TRUE(test::agrees(channels, 0));
   EXPECT_TRUE(test::agrees(neighbours, 0));

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/math/rng.h"
+#include "core/photon/photon_lanes.h"
 #include "core/photon/photon_map.h"
 #include "tests/support/scenes.h"
 
@@ -21,7 +22,7 @@ std::vector<Photon> anywhere(std::uint32_t n, float side = 1) {
   std::vector<Photon> photons(n);
   for (std::uint32_t i = 0; i < n; ++i) {
     const Vec2 u = rng.next2();
-    photons[i] = {.position = side * Vec3(u.x, u.y, rng.next()), .flux = Rgb(1), .etendue = static_cast<float>(i)};
+    photons[i] = {.position = side * Vec3(u.x, u.y, rng.next()), .flux = nearest_flux(Rgb(1)), .etendue = static_cast<float>(i)};
   }
   return photons;
 }
@@ -76,6 +77,19 @@ TEST(MortonGrid, CubesAreNumberedAlongTheCurve) {
   }
 }
 
+TEST(MortonGrid, EightPartsAreThoseOfTheCodes) {
+  const MortonGrid grid({Vec3(0.1f), Vec3(1)});
+  const std::vector<Photon> photons = anywhere(10'001, 1.1f);   // some of them outside
+  for (const int levels : {0, 3, 7}) {
+    std::size_t seen = 0;
+    for_parts(photons, grid, levels, [&](const Photon& photon, std::uint32_t part) {
+      ASSERT_EQ(&photon, &photons[seen++]);
+      ASSERT_EQ(part, MortonGrid::part(grid.code(photon.position), levels));
+    });
+    ASSERT_EQ(seen, photons.size());
+  }
+}
+
 // Photons of one code, codes that differ in a single bit, and all that fits into 63.
 TEST(MortonOrder, IsThatOfTheCodesButForAFew) {
   const MortonGrid grid(kUnit);
@@ -90,8 +104,9 @@ TEST(MortonOrder, IsThatOfTheCodesButForAFew) {
       }
       std::vector<std::span<const Photon>> spans;
       for (std::size_t i = 0; i < n; i += 1000) spans.push_back(std::span(photons).subspan(i, std::min(n - i, 1000ul)));
-      const auto serial = morton_order(spans, grid, Execution{});
-      const auto parallel = morton_order(spans, grid, test::workers().execution());
+      const int levels = kind >= 2 ? MortonGrid::kCubeLevels : 0;   // those are in one cube
+      const auto serial = morton_order(spans, grid, levels, Execution{});
+      const auto parallel = morton_order(spans, grid, levels, test::workers().execution());
       std::vector<std::uint64_t> largest;   // codes so far
       std::vector<bool> seen(n);
       for (std::uint32_t i = 0; i < n; ++i) {
@@ -144,7 +159,7 @@ TEST(PhotonCellsStatistical, TwentyMillionPhotonsBecomeAMapWithinAGigabyte) {
   for (std::uint32_t i = 0; i < kPhotons / kBlock; ++i) {
     for (Photon& photon : block) {
       const Vec2 u = rng.next2();
-      photon = {.position = {u.x, u.y, rng.next()}, .flux = Rgb(1)};
+      photon = {.position = {u.x, u.y, rng.next()}, .flux = nearest_flux(Rgb(1))};
     }
     cells.append(block);
   }

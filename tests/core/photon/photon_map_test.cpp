@@ -32,7 +32,7 @@ std::vector<Vec3> points(int kind, std::uint32_t n) {
 // Photons whose flux is their number, which the map's rounding keeps up to 511.
 std::vector<Photon> photons_at(const std::vector<Vec3>& positions) {
   std::vector<Photon> photons;
-  for (const Vec3& p : positions) photons.push_back({p, 0, 0, Rgb(static_cast<float>(photons.size()))});
+  for (const Vec3& p : positions) photons.push_back({p, 0, 0, nearest_flux(Rgb(static_cast<float>(photons.size())))});
   return photons;
 }
 
@@ -135,7 +135,7 @@ void expect_equal(const PhotonMap& a, const PhotonMap& b) {
 
 TEST(PhotonMap, BitsDoNotDependOnTheThreadsNorOnTheBlocks) {
   std::vector<Photon> photons = photons_at(points(1, 100'000));
-  for (Photon& photon : photons) photon.flux = photon.position;    // fluxes that are rounded
+  for (Photon& photon : photons) photon.flux = nearest_flux(photon.position);
   const PhotonMap serial(photons, Execution{});
   expect_equal(serial, PhotonMap(photons, test::workers().execution()));
   const std::span<const Photon> all(photons);
@@ -160,6 +160,29 @@ TEST(PhotonMap, KeepsEveryPhoton) {
   }
 }
 
+TEST(PhotonMap, KeepsAllThatAPhotonIs) {
+  std::vector<Photon> photons = photons_at(points(0, 509));
+  for (std::uint32_t i = 0; i < photons.size(); ++i) {
+    photons[i].direction = 0x10000 * i + 1;
+    photons[i].normal = 0x20000000 + i;
+    photons[i].flux = nearest_flux({static_cast<float>(i), static_cast<float>(i % 7), static_cast<float>(i % 11)});
+    photons[i].etendue = static_cast<float>(i) + 0.5f;
+  }
+  PhotonCells cells({Vec3(0), Vec3(1)});
+  cells.append(photons);
+  const PhotonMap map(std::move(cells), true, Execution{});
+  for (std::uint32_t i = 0; i < map.size(); ++i) {
+    const PhotonLeaf& leaf = map.leaf(i / PhotonLeaf::kSize);
+    const std::uint32_t k = i % PhotonLeaf::kSize;
+    const std::uint32_t number = map.normal_bits(i) - 0x20000000;
+    ASSERT_LT(number, photons.size());
+    EXPECT_EQ(map.position(i), photons[number].position);
+    EXPECT_EQ(leaf.direction[k], photons[number].direction);
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(leaf.flux[c][k], photons[number].flux[c]);
+    EXPECT_EQ(map.etendues(i / PhotonLeaf::kSize)[k], photons[number].etendue);
+  }
+}
+
 TEST(PhotonMap, NeedsLessThanThirtyBytesAPhoton) {
   const PhotonMap map(photons_at(points(0, 100'000)), Execution{});
   EXPECT_LT(map.memory_bytes(), 30 * 100'000u);
@@ -177,7 +200,7 @@ TEST(NearestEstimate, IsUnbiasedOnUniformDensity) {
     std::vector<Photon> photons;
     for (std::uint32_t i = 0; i < kPhotons; ++i) {
       const Vec2 p = rng.next2();
-      photons.push_back({{p.x, p.y, 0}, 0, 0, Rgb(1)});
+      photons.push_back({{p.x, p.y, 0}, 0, 0, nearest_flux(Rgb(1))});
     }
     const PhotonMap map(photons, Execution{});
     const Vec3 center{0.5f, 0.5f, 0};

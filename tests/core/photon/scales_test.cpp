@@ -38,7 +38,7 @@ struct Receiver {
 };
 
 Photon photon(const Vec3& position, const Vec3& normal, const Vec3& direction, const Rgb& flux = Rgb(1)) {
-  return {position, encode_direction(direction), encode_normal(normal), flux};
+  return {position, encode_direction(direction), encode_normal(normal), nearest_flux(flux)};
 }
 
 /// `count` unit photons, uniform on a parallelogram, along its normal.
