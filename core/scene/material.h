@@ -49,6 +49,8 @@ struct Material {
   float attenuation_distance = kInfinity;                ///< metres
 
   bool emissive() const { return !is_black(emission); }
+  /// A Lambert surface without a layer, whatever textures say.
+  bool bare_diffuse() const { return metallic == 0 && specular == 0 && transmission == 0; }
 };
 
 }  // namespace photond

@@ -27,14 +27,20 @@ struct MaterialPoint {
   float transmission;
 };
 
-MaterialPoint evaluate(const Scene& scene, const SurfacePoint& s) {
+Rgb base_color(const Scene& scene, const SurfacePoint& s) {
   const Material& m = *s.material;
-  MaterialPoint p{m.base_color, m.metallic, m.roughness, m.specular, m.specular_color, m.transmission};
+  Rgb color = m.base_color;
   if (!s.mesh->colors.empty()) {
     const auto& c = s.mesh->colors;
-    p.base_color *= Rgb((1 - s.u - s.v) * c[s.vertices.x] + s.u * c[s.vertices.y] + s.v * c[s.vertices.z]);
+    color *= Rgb((1 - s.u - s.v) * c[s.vertices.x] + s.u * c[s.vertices.y] + s.v * c[s.vertices.z]);
   }
-  if (m.base_color_texture.used()) p.base_color *= Rgb(lookup(scene, m.base_color_texture, s));
+  if (m.base_color_texture.used()) color *= Rgb(lookup(scene, m.base_color_texture, s));
+  return color;
+}
+
+MaterialPoint evaluate(const Scene& scene, const SurfacePoint& s) {
+  const Material& m = *s.material;
+  MaterialPoint p{base_color(scene, s), m.metallic, m.roughness, m.specular, m.specular_color, m.transmission};
   if (m.metallic_roughness_texture.used()) {
     const Vec4 texel = lookup(scene, m.metallic_roughness_texture, s);
     p.roughness *= texel.y;
@@ -61,8 +67,14 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
     select_[0] = 1;
     return;
   }
-  const MaterialPoint p = evaluate(scene, surface);
   const Material& material = *surface.material;
+  if (material.bare_diffuse()) {
+    diffuse_ = base_color(scene, surface);
+    if (!is_black(diffuse_)) lobes_ = kDiffuseLobe;
+    select_[0] = 1;
+    return;
+  }
+  const MaterialPoint p = evaluate(scene, surface);
   alpha_ = p.roughness * p.roughness;
   const float dielectric = 1 - p.metallic;
   const float opaque = dielectric * (1 - p.transmission);
@@ -151,6 +163,8 @@ float Bsdf::share(LobeMask mask) const {
 Rgb Bsdf::diffuse_albedo() const { return layer_out_ > 0 ? diffuse_ * layer_scale(wo_.z) : Rgb(0); }
 
 // Reflected directions must be above both horizons, transmitted ones below both.
+bool Bsdf::above(const Vec3& wi) const { return std::min(glm::dot(wi, frame_.n), glm::dot(wi, ng_)) > 0; }
+
 bool Bsdf::same_side(const Vec3& wi_local, const Vec3& wi) const { return wi_local.z * glm::dot(wi, ng_) > 0; }
 
 Rgb Bsdf::reflection_fresnel(float cos_h) const { return f0_ + (f90_ - f0_) * schlick_weight(cos_h); }
@@ -222,6 +236,7 @@ float Bsdf::pdf_glass(const Vec3& wi) const {
 }
 
 Rgb Bsdf::eval(const Vec3& wi_world, LobeMask mask, Transport transport) const {
+  if (lobes() == kDiffuseLobe) return (mask & kDiffuseLobe) != 0 && above(wi_world) ? diffuse_ * kInvPi : Rgb(0);
   mask &= lobes() & ~delta_lobes();
   const Vec3 wi = frame_.to_local(wi_world);
   if (mask == kNoLobe || !same_side(wi, wi_world)) return Rgb(0);

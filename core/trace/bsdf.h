@@ -71,6 +71,7 @@ class Bsdf {
   void set_selection();
   float layer_scale(float cos_i) const;
   float selection(LobeMask lobe, LobeMask mask) const;
+  bool above(const Vec3& wi) const;
   bool same_side(const Vec3& wi_local, const Vec3& wi) const;
 
   Rgb reflection_fresnel(float cos_h) const;

@@ -119,26 +119,25 @@ void Lights::add_triangles(const Scene& scene, std::uint32_t instance) {
   }
 }
 
-// A point of an emissive triangle, seen from its front, with what emitted_radiance needs.
-SurfacePoint Lights::emitter_point(const Scene& scene, std::uint32_t index, const Vec2& uv) const {
-  const EmitterTriangle& emitter = emitters_[index];
-  SurfacePoint s;
-  s.position = emitter.origin + uv.x * emitter.ab + uv.y * emitter.ac;
-  s.ng = s.ns = emitter.normal;
-  s.extent = emitter.extent;
-  s.material = &scene.materials[emitter.material];
-  if (s.material->emission_texture.used()) {
-    const Light& light = lights_[index];
-    const Instance& placed = scene.instances[light.instance];
-    s.instance = light.instance;
-    s.triangle = light.index;
-    s.mesh = &scene.meshes[placed.mesh];
-    const bool mirrored = placed.moved && is_mirrored(placed.to_world);
-    s.vertices = s.mesh->triangles[light.index];
-    s.u = mirrored ? uv.y : uv.x;
-    s.v = mirrored ? uv.x : uv.y;
-  }
-  return s;
+// What the emission texture says of a point of an emissive triangle.
+[[gnu::noinline, gnu::cold]] Rgb Lights::emission_texel(const Scene& scene, std::uint32_t index, const Vec2& uv) const {
+  const Light& light = lights_[index];
+  const Instance& placed = scene.instances[light.instance];
+  const bool mirrored = placed.moved && is_mirrored(placed.to_world);
+  SurfacePoint s{};
+  s.mesh = &scene.meshes[placed.mesh];
+  s.vertices = s.mesh->triangles[light.index];
+  s.u = mirrored ? uv.y : uv.x;
+  s.v = mirrored ? uv.x : uv.y;
+  return Rgb(lookup(scene, scene.materials[emitters_[index].material].emission_texture, s));
+}
+
+// Radiance that leaves it on its front or its back.
+[[gnu::always_inline]] inline Rgb Lights::emitted(const Scene& scene, std::uint32_t index, const Vec2& uv, bool front) const {
+  const Material& material = scene.materials[emitters_[index].material];
+  if (!front && !material.double_sided) return Rgb(0);
+  if (!material.emission_texture.used()) return material.emission;
+  return material.emission * emission_texel(scene, index, uv);
 }
 
 double Lights::triangle_power(const Scene& scene, std::uint32_t light) const {
@@ -151,66 +150,65 @@ double Lights::triangle_power(const Scene& scene, std::uint32_t light) const {
     radiance = 0;
     for (int i = 0; i < kSide * kSide; ++i) {
       const Vec2 u{(static_cast<float>(i % kSide) + 0.5f) / kSide, (static_cast<float>(i / kSide) + 0.5f) / kSide};
-      const SurfacePoint s = emitter_point(scene, light, square_to_triangle(u));
-      radiance += mean(emitted_radiance(scene, s)) / (kSide * kSide);
+      radiance += mean(emitted(scene, light, square_to_triangle(u), true)) / (kSide * kSide);
     }
   }
   return sides * kPi * emitters_[light].area * radiance;
 }
 
-DirectSample Lights::sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const {
-  const float area = emitters_[light].area;
-  SurfacePoint s = emitter_point(scene, light, square_to_triangle(u));
-  const Vec3 to_light = s.position - point;
-  const float distance_sq = glm::dot(to_light, to_light);
-  if (!(distance_sq > 0) || !(area > 0)) return {};
-  DirectSample sample;
-  sample.wi = to_light / std::sqrt(distance_sq);
-  float cos_l = -glm::dot(s.ng, sample.wi);
-  if (cos_l < 0) {
-    s.front = false;
-    s.ng = -s.ng;
-    cos_l = -cos_l;
-  }
-  if (cos_l == 0) return {};
-  sample.pdf_w = choice_.pdf(light) * distance_sq / (cos_l * area);
-  sample.radiance = emitted_radiance(scene, s) / sample.pdf_w;
-  sample.etendue = triangle_etendue(light, s.position, -sample.wi, aim_of(light), Aim::kNone);
-  sample.target = spawn_point(s.position, s.ng, s.extent, -sample.wi);
-  return sample;
-}
-
 // From the density of ordinary emission, |cos θ|/π of a side's, and of the aim.
-float Lights::triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
-                               std::uint32_t drawn) const {
+[[gnu::noinline]] float Lights::aimed_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction,
+                                              const Aim& aim, std::uint32_t drawn) const {
   const EmitterTriangle& emitter = emitters_[light];
-  if (aim.share() == 0) return emitter.etendue;
   const float projected = std::abs(glm::dot(emitter.normal, direction)) * emitter.area / choice_.pdf(light);
   const float ordinary = projected / emitter.etendue;
   const float pdf_w = (1 - aim.share()) * ordinary + aim.share() * aim.pdf_w(point, direction, drawn);
   return pdf_w > 0 ? projected / pdf_w : kInfinity;
 }
 
+[[gnu::always_inline]] inline float Lights::triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction,
+                                                             const Aim& aim, std::uint32_t drawn) const {
+  return aim.share() == 0 ? emitters_[light].etendue : aimed_etendue(light, point, direction, aim, drawn);
+}
+
+DirectSample Lights::sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const {
+  const EmitterTriangle& emitter = emitters_[light];
+  const Vec2 uv = square_to_triangle(u);
+  const Vec3 position = emitter.at(uv);
+  const Vec3 to_light = position - point;
+  const float distance_sq = glm::dot(to_light, to_light);
+  if (!(distance_sq > 0) || !(emitter.area > 0)) return {};
+  DirectSample sample;
+  sample.wi = to_light / std::sqrt(distance_sq);
+  const float cosine = -glm::dot(emitter.normal, sample.wi);
+  if (cosine == 0) return {};
+  sample.pdf_w = choice_.pdf(light) * distance_sq / (std::abs(cosine) * emitter.area);
+  sample.target = spawn_point(position, emitter.normal, emitter.extent, -sample.wi);
+  // These last: a call would spill what they do not need.
+  sample.radiance = emitted(scene, light, uv, cosine > 0) / sample.pdf_w;
+  sample.etendue = triangle_etendue(light, position, -sample.wi, aim_of(light), Aim::kNone);
+  return sample;
+}
+
 EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const {
+  const EmitterTriangle& emitter = emitters_[light];
   const Vec2 uv = square_to_triangle(rng.next2());
-  SurfacePoint s = emitter_point(scene, light, uv);
+  const Vec3 position = emitter.at(uv);
   std::uint32_t drawn = Aim::kNone;
   Vec3 direction;
+  bool front = true;
   if (aim.share() > 0 && rng.next() < aim.share()) {
     drawn = aim.choose(rng.next());
-    direction = aim.direction(s.position, drawn, rng.next2());
-    s.front = glm::dot(direction, s.ng) > 0;
-    if (!s.front) s.ng = -s.ng;
+    direction = aim.direction(position, drawn, rng.next2());
+    front = glm::dot(direction, emitter.normal) > 0;
   } else {
     const Vec3 local = square_to_cosine_hemisphere(rng.next2());
-    if (s.material->double_sided) {
-      s.front = rng.next() < 0.5f;
-      if (!s.front) s.ng = -s.ng;
-    }
-    direction = Frame(s.ng).to_world(local);
+    if (scene.materials[emitter.material].double_sided) front = rng.next() < 0.5f;
+    direction = Frame(front ? emitter.normal : -emitter.normal).to_world(local);
   }
-  const float etendue = triangle_etendue(light, s.position, direction, aim, drawn);
-  return {spawn_ray(s, direction), emitted_radiance(scene, s) * etendue, etendue};
+  const float etendue = triangle_etendue(light, position, direction, aim, drawn);
+  const Ray ray{spawn_point(position, emitter.normal, emitter.extent, direction), direction};
+  return {ray, emitted(scene, light, uv, front) * etendue, etendue};
 }
 
 EmittedFlux Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k,

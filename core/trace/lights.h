@@ -31,6 +31,8 @@ struct alignas(64) EmitterTriangle {
   float extent;                  ///< largest |coordinate|, as SurfacePoint::extent
   float etendue;                 ///< of a path that leaves here: its flux for an emission of 1
   std::uint32_t material;
+
+  Vec3 at(const Vec2& uv) const { return origin + uv.x * ab + uv.y * ac; }
 };
 
 /// Paths that leave emissive triangles of one colour.
@@ -178,7 +180,8 @@ class Lights {
  private:
   void add(const Light& light, double power);
   void add_triangles(const Scene& scene, std::uint32_t instance);
-  SurfacePoint emitter_point(const Scene& scene, std::uint32_t light, const Vec2& uv) const;
+  Rgb emission_texel(const Scene& scene, std::uint32_t index, const Vec2& uv) const;
+  Rgb emitted(const Scene& scene, std::uint32_t index, const Vec2& uv, bool front) const;
   double triangle_power(const Scene& scene, std::uint32_t light) const;
   DirectSample sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const;
   const Aim& aim_of(std::uint32_t light) const { return aims_[aim_of_.empty() ? 0 : aim_of_[light]]; }
@@ -186,6 +189,8 @@ class Lights {
   EmissionSample emit_point(const PunctualLight& light, float choice, const Aim& aim, Rng& rng) const;
   Ray ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, float& pdf_a) const;
   float triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
+                         std::uint32_t drawn) const;
+  float aimed_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
                          std::uint32_t drawn) const;
   float line_pdf(const Vec3& point, const Vec3& direction, const Aim& aim, std::uint32_t drawn) const;
 

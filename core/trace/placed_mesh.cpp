@@ -9,7 +9,7 @@ namespace {
 // As Bsdf finds the lobes. A colour that is not finite is left to where photons are rejected.
 Shading shading_of(const Material& m) {
   if (!is_finite(m.base_color) || m.base_color_texture.used() || m.normal_texture.used()) return Shading::other;
-  if (m.metallic == 0 && m.specular == 0 && m.transmission == 0) return Shading::diffuse;
+  if (m.bare_diffuse()) return Shading::diffuse;
   if (!(m.roughness * m.roughness < kSmoothAlpha) || m.metallic_roughness_texture.used()) return Shading::other;
   if (m.metallic == 1 && !is_black(m.base_color)) return Shading::mirror;
   const bool textured = m.specular_texture.used() || m.specular_color_texture.used() || m.transmission_texture.used();

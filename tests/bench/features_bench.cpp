@@ -52,10 +52,14 @@ int main() {
   using namespace photond;
   using namespace photond::bench;
   const Workers workers(0);
+  const Execution execution = workers.execution();
   const auto scene = room();
-  (void)shoot_seconds(*scene, workers.execution());  // caches, clocks
-  std::printf("photons %.6f\n", shoot_seconds(*scene, workers.execution()));
-  std::printf("path %.6f\n", pass_seconds(scene, Method::path, workers.execution()));
-  std::printf("progressive %.6f\n", pass_seconds(scene, Method::progressive, workers.execution()));
+  const auto print = [](const char* name, const auto& work) {
+    (void)work();   // caches, clocks, the system's pages
+    std::printf("%s %.6f\n", name, work());
+  };
+  print("photons", [&] { return shoot_seconds(*scene, execution); });
+  print("path", [&] { return pass_seconds(scene, Method::path, execution); });
+  print("progressive", [&] { return pass_seconds(scene, Method::progressive, execution); });
   return 0;
 }
