@@ -148,6 +148,12 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
     if (!loaded) return loaded.error();
     files = std::move(*loaded);
   }
+  std::vector<std::filesystem::path> samples;
+  if (!options.samples_dir.empty()) {
+    auto found = sample_files(options.samples_dir);
+    if (!found) return found.error();
+    samples = std::move(*found);
+  }
   // Now, and not while somebody waits for the first picture.
   if (const Result<Digest>& program = running_program(); !program) return program.error();
   Result<Contract> contract = Contract::read(kOpenApiText);
@@ -157,10 +163,7 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
   Result<Stored> stored = Stored::open(options);
   if (!stored) return stored.error();
   auto state = std::make_unique<State>(options, std::move(*contract), std::move(*stored));
-  if (!options.samples_dir.empty()) {
-    if (const Status added = state->jobs.scenes().add_samples(options.samples_dir); !added)
-      return added.error();
-  }
+  if (const Status added = state->jobs.scenes().add_samples(samples); !added) return added.error();
   state->jobs.recover();
   Result<std::vector<Route>> routes = make_routes(state->api);
   if (!routes) return routes.error();

@@ -1,6 +1,6 @@
 #include "core/photon/bandwidth.h"
 
-#include "core/photon/estimate.h"
+#include "core/photon/nearest.h"
 
 namespace photond {
 

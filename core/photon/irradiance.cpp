@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/photon/estimate.h"
+#include "core/photon/nearest.h"
 #include "core/photon/scales.h"
 
 namespace photond {

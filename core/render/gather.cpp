@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/photon/estimate.h"
+#include "core/photon/nearest.h"
 
 namespace photond {
 

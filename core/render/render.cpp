@@ -86,8 +86,10 @@ Status choose_by_pilot(RenderTask& task, const Execution& execution) {
     ratio = by_photons > 0 ? by_photons / by_paths : 0;   // infinite where paths leave no noise at all
     if (!(ratio > kDoubt)) break;
   }
-  char text[160];
-  std::snprintf(text, sizeof text, "in a pilot photons leave %.2g times the noise of paths in equal time", ratio);
+  char text[160] = "a pilot found no noise";
+  if (ratio > 0) {
+    std::snprintf(text, sizeof text, "in a pilot photons leave %.2g times the noise of paths in equal time", ratio);
+  }
   if (ratio > kDoubt) {
     task.plan = *std::move(hybrid);
     task.plan.items.front().reason = std::string("hybrid: photons are sparse in the picture; ") + text;

@@ -65,7 +65,7 @@ class ParsePermit {
 
 }  // namespace
 
-Status SceneLibrary::add_samples(const std::string& folder) {
+Result<std::vector<std::filesystem::path>> sample_files(const std::string& folder) {
   std::error_code failed;
   std::vector<std::filesystem::path> paths;
   for (const auto& entry : std::filesystem::directory_iterator(folder, failed)) {
@@ -74,7 +74,11 @@ Status SceneLibrary::add_samples(const std::string& folder) {
   if (failed)
     return Error{ErrorCode::io, "cannot read the samples folder " + folder + ": " + failed.message(), ""};
   std::sort(paths.begin(), paths.end());
-  for (const auto& path : paths) {
+  return paths;
+}
+
+Status SceneLibrary::add_samples(std::span<const std::filesystem::path> files) {
+  for (const auto& path : files) {
     Result<std::vector<std::byte>> bytes = read_file(path);
     if (!bytes) return bytes.error();
     SceneRecord scene{sha256(*bytes),

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <semaphore>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,9 @@ struct SceneSummary {
   std::uint64_t memory_bytes = sizeof(SceneSummary);  ///< not exact: bounds how many are kept
 };
 
+/// Every *.glb of a folder, in alphabetical order. Errors: io.
+Result<std::vector<std::filesystem::path>> sample_files(const std::string& folder);
+
 /// The scenes the service knows. Files are kept in the store; what is derived from them is made when first
 /// needed, once, and kept within a budget.
 class SceneLibrary {
@@ -38,8 +43,8 @@ class SceneLibrary {
                std::uint64_t cache_bytes)
       : store_(store), environments_(environments), room_(room), workers_(workers), prepared_(cache_bytes), summaries_(kSummaryBytes) {}
 
-  /// Lists every *.glb of `folder`, named by its file, without parsing it. Errors: io.
-  Status add_samples(const std::string& folder);
+  /// Offers scenes, named by their files, without parsing them. Errors: io.
+  Status add_samples(std::span<const std::filesystem::path> files);
 
   struct Added {
     SceneRecord scene;

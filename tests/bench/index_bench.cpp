@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "core/photon/estimate.h"
+#include "core/photon/nearest.h"
 #include "core/photon/photon_maps.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/point_indices.h"

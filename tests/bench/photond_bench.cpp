@@ -2,7 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "core/photon/estimate.h"
+#include "core/photon/nearest.h"
 #include "core/photon/shoot.h"
 #include "tests/bench/bench.h"
 

@@ -144,6 +144,7 @@ TEST(Usage, WhatDoesNotExistExitsWithOneAndItsName) {
     EXPECT_TRUE(is_one_line(run.err)) << run.err;
     EXPECT_NE(run.err.find(folder.path().string()), std::string::npos) << run.err;
   }
+  EXPECT_FALSE(std::filesystem::exists(folder.file("data"))) << "trying leaves nothing behind";
 }
 
 }  // namespace

@@ -7,9 +7,9 @@
 
 #include "core/film/film.h"
 #include "core/film/reconstruct.h"
-#include "core/photon/estimate.h"
 #include "core/photon/shoot.h"
 #include "tests/render/look.h"
+#include "tests/support/estimate.h"
 #include "tests/support/scenes.h"
 
 namespace photond {
@@ -143,7 +143,7 @@ TEST(HardCaseStatistical, BillionTerms39) {
     const Vec2 u = rng.next2();
     photons.push_back({{u.x, u.y, 0}, encode_direction({0, 0, 1}), encode_normal({0, 0, 1}), nearest_flux(Rgb(0.125f))});
     const Vec3 d = photons.back().position - Vec3(0.5f, 0.5f, 0);
-    expected += 0.125 * static_cast<double>(epanechnikov(glm::dot(d, d), 1)) / std::numbers::pi;
+    expected += 0.125 * static_cast<double>(test::epanechnikov(glm::dot(d, d), 1)) / std::numbers::pi;
   }
   const PhotonMap map(photons, workers().execution());
   Scene scene = empty_scene();
@@ -153,7 +153,7 @@ TEST(HardCaseStatistical, BillionTerms39) {
   const SurfacePoint s = make_surface(room->scene, ray, room->accel.intersect(ray));
   const Bsdf bsdf(room->scene, s, {0, 0, 1});
   c.equals("one gather of 2·10⁷ photons over its sum in double", 1, {.relative = 1e-6})
-      .add("", static_cast<double>(estimate_radiance(map, s, bsdf, kDiffuseLobe, 1).x) / expected);
+      .add("", static_cast<double>(test::estimate_radiance(map, s, bsdf, kDiffuseLobe, 1).x) / expected);
 }
 
 // emitted = absorbed + escaped + truncated + rejected.

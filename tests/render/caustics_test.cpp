@@ -3,9 +3,9 @@
 
 #include <numbers>
 
-#include "core/photon/estimate.h"
 #include "core/trace/microfacet.h"
 #include "tests/render/look.h"
+#include "tests/support/estimate.h"
 #include "tests/support/scenes.h"
 
 namespace photond {
@@ -277,7 +277,7 @@ TEST(HardCaseStatistical, BallLens15) {
           const double phi = 2 * kPiD * i / 16;
           s.position = Vec3(place.at * std::cos(phi), place.at * std::sin(phi), -1.3);
           const auto r_sq = static_cast<float>(place.radius * place.radius);
-          sum += static_cast<double>(estimate_radiance(maps->caustic, s, bsdf, kDiffuseLobe, r_sq).x) /
+          sum += static_cast<double>(test::estimate_radiance(maps->caustic, s, bsdf, kDiffuseLobe, r_sq).x) /
                  16;
         }
         place.seen.add(sum * kPiD / static_cast<double>(kDark) / maps->emitted / 2);

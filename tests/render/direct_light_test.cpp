@@ -4,8 +4,8 @@
 
 #include <numbers>
 
-#include "core/photon/estimate.h"
 #include "tests/render/look.h"
+#include "tests/support/estimate.h"
 #include "tests/support/scenes.h"
 
 namespace photond {
@@ -239,7 +239,7 @@ TEST(HardCase, GrazingPhotonsOnShadingNormals24) {
   const SurfacePoint s = make_surface(room->scene, ray, room->accel.intersect(ray));
   const Bsdf bsdf(room->scene, s, {0, 0, 1});
   const double seen =
-      kPiD * static_cast<double>(estimate_radiance(map, s, bsdf, kDiffuseLobe, 0.01f).x);
+      kPiD * static_cast<double>(test::estimate_radiance(map, s, bsdf, kDiffuseLobe, 0.01f).x);
   // 600 photons in the disc: 5 % noise of the count, of the Epanechnikov kernel 6 %; four sigmas.
   c.at_most("estimate over the photons' density", 8, {.relative = 0.25}).add("", seen / kPhotons);
 }

@@ -1,5 +1,5 @@
 // The density estimate on photons laid by hand, where its expectation is known.
-#include "core/photon/estimate.h"
+#include "core/photon/nearest.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,7 @@
 
 #include "core/math/warp.h"
 #include "tests/render/look.h"
+#include "tests/support/estimate.h"
 #include "tests/support/scenes.h"
 
 namespace photond {
@@ -32,7 +33,7 @@ struct Receiver {
     const Bsdf bsdf(scene->scene, s, -ray.direction);
     return kPiD *
            static_cast<double>(
-               estimate_radiance(map, s, bsdf, kDiffuseLobe, static_cast<float>(radius * radius)).x);
+               test::estimate_radiance(map, s, bsdf, kDiffuseLobe, static_cast<float>(radius * radius)).x);
   }
 };
 

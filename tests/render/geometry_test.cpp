@@ -1,7 +1,6 @@
 // Geometry as modellers leave it: gaps and doubles, slivers, normals that point anywhere.
 #include <gtest/gtest.h>
 
-#include "core/photon/estimate.h"
 #include "core/scene/gltf.h"
 #include "tests/render/look.h"
 #include "tests/support/glb.h"

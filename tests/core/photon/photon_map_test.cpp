@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <tuple>
 
-#include "core/photon/estimate.h"
+#include "core/photon/nearest.h"
 #include "core/math/rng.h"
+#include "tests/support/estimate.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -206,7 +207,7 @@ TEST(NearestEstimate, IsUnbiasedOnUniformDensity) {
     const Vec3 center{0.5f, 0.5f, 0};
     const float radius_sq = nearest_radius_sq(map, center, kNearest, 1);
     double sum = 0;
-    for (const Vec3& p : found(map, center, radius_sq)) sum += epanechnikov(glm::dot(p - center, p - center), radius_sq);
+    for (const Vec3& p : found(map, center, radius_sq)) sum += test::epanechnikov(glm::dot(p - center, p - center), radius_sq);
     kernel.add(sum);
     textbook.add(kNearest / (kPi * radius_sq));
   }

@@ -1,11 +1,9 @@
 // Jensen 1996. García et al. 2012: k-nearest normalization.
-#include "core/photon/estimate.h"
+#include "core/photon/nearest.h"
 
 #include <algorithm>
 #include <bit>
 #include <cassert>
-
-#include "core/photon/scales.h"
 
 namespace photond {
 
@@ -67,13 +65,6 @@ class Nearest {
 };
 
 }  // namespace
-
-Rgb estimate_radiance(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask,
-                      float radius_sq) {
-  ScaleEstimate sum;
-  estimate_scales(map, surface, bsdf, mask, Reach(), radius_sq, Rgb(1), sum);
-  return sum.widest;
-}
 
 float nearest_radius_sq(const PhotonMap& map, const Vec3& center, std::uint32_t k, float max_radius_sq) {
   assert(k >= 1 && k <= kMaxNearest);
