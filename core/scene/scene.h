@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -70,6 +71,14 @@ struct PunctualLight {
   Rgb intensity{1};                 ///< W·sr⁻¹ (point, spot) or W·m⁻² (directional): colour × intensity
   float cos_inner = 1;              ///< spot: full intensity inside
   float cos_outer = 0.70710678f;    ///< spot: none outside
+
+  /// glTF's cone attenuation: the square of the cosine's position between outer and inner angle; 1 but for spots.
+  float attenuation(float cos_angle) const {
+    if (type != LightType::spot) return 1;
+    const float range = std::max(cos_inner - cos_outer, 1e-4f);
+    const float t = std::clamp((cos_angle - cos_outer) / range, 0.0f, 1.0f);
+    return t * t;
+  }
 };
 
 /// Everything a picture needs, as plain data; what read_gltf returns and check_scene accepts.

@@ -178,8 +178,11 @@ class Lights {
   EmittedFlux begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k, EmissionLanes& lanes) const;
 
  private:
+  static constexpr std::uint32_t kNoLight = 0xffffffff;
+
   void add(const Light& light, double power);
   void add_triangles(const Scene& scene, std::uint32_t instance);
+  // What the emission texture says of a point of an emissive triangle, and the radiance that leaves it on its front or back.
   Rgb emission_texel(const Scene& scene, std::uint32_t index, const Vec2& uv) const;
   Rgb emitted(const Scene& scene, std::uint32_t index, const Vec2& uv, bool front) const;
   double triangle_power(const Scene& scene, std::uint32_t light) const;
@@ -191,7 +194,7 @@ class Lights {
   float triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
                          std::uint32_t drawn) const;
   float aimed_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
-                         std::uint32_t drawn) const;
+                      std::uint32_t drawn) const;
   float line_pdf(const Vec3& point, const Vec3& direction, const Aim& aim, std::uint32_t drawn) const;
 
   std::vector<Light> lights_;                     // triangles first
@@ -207,5 +210,17 @@ class Lights {
   float radius_ = 0;
   double total_power_ = 0;
 };
+
+[[gnu::always_inline]] inline Rgb Lights::emitted(const Scene& scene, std::uint32_t index, const Vec2& uv, bool front) const {
+  const Material& material = scene.materials[emitters_[index].material];
+  if (!front && !material.double_sided) return Rgb(0);
+  if (!material.emission_texture.used()) return material.emission;
+  return material.emission * emission_texel(scene, index, uv);
+}
+
+[[gnu::always_inline]] inline float Lights::triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction,
+                                                             const Aim& aim, std::uint32_t drawn) const {
+  return aim.share() == 0 ? emitters_[light].etendue : aimed_etendue(light, point, direction, aim, drawn);
+}
 
 }  // namespace photond

@@ -1,0 +1,119 @@
+// Paths that leave lights.
+#include "core/math/frame.h"
+#include "core/math/warp.h"
+#include "core/trace/lights.h"
+
+namespace photond {
+
+EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const {
+  const EmitterTriangle& emitter = emitters_[light];
+  const Vec2 uv = square_to_triangle(rng.next2());
+  const Vec3 position = emitter.at(uv);
+  std::uint32_t drawn = Aim::kNone;
+  Vec3 direction;
+  bool front = true;
+  if (aim.share() > 0 && rng.next() < aim.share()) {
+    drawn = aim.choose(rng.next());
+    direction = aim.direction(position, drawn, rng.next2());
+    front = glm::dot(direction, emitter.normal) > 0;
+  } else {
+    const Vec3 local = square_to_cosine_hemisphere(rng.next2());
+    if (scene.materials[emitter.material].double_sided) front = rng.next() < 0.5f;
+    direction = Frame(front ? emitter.normal : -emitter.normal).to_world(local);
+  }
+  const float etendue = triangle_etendue(light, position, direction, aim, drawn);
+  const Ray ray{spawn_point(position, emitter.normal, emitter.extent, direction), direction};
+  return {ray, emitted(scene, light, uv, front) * etendue, etendue};
+}
+
+EmittedFlux Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k,
+                                   EmissionLanes& lanes) const {
+  if (light >= emitters_.size()) return {};
+  const EmitterTriangle& emitter = emitters_[light];
+  const Material& material = scene.materials[emitter.material];
+  if (material.emission_texture.used() || aim_of(light).share() > 0) return {};
+  lanes.origin.set(k, emitter.origin);
+  lanes.ab.set(k, emitter.ab);
+  lanes.ac.set(k, emitter.ac);
+  for (auto& random : lanes.random) random[k] = rng.next();
+  const float side = material.double_sided && rng.next() >= 0.5f ? -1.0f : 1.0f;
+  lanes.normal.set(k, side * emitter.normal);
+  lanes.extent[k] = emitter.extent;
+  return {material.emission * emitter.etendue, emitter.etendue};
+}
+
+void EmissionLanes::emit(std::uint32_t count) {
+  const std::uint32_t end = whole_vectors(count);
+  for (std::uint32_t i = 0; i < end; ++i) {
+    const Vec2 uv = square_to_triangle({random[0][i], random[1][i]});
+    const Vec3 local = square_to_cosine_hemisphere({random[2][i], random[3][i]});
+    const Vec3 at = origin[i] + uv.x * ab[i] + uv.y * ac[i];
+    position.set(i, spawn_point(at, normal[i], extent[i], normal[i]));
+    direction.set(i, Frame(normal[i]).to_world(local));
+  }
+}
+
+// A ray along `direction` that starts outside of the scene, and its `line_pdf`.
+Ray Lights::ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, float& pdf_a) const {
+  Vec3 place;
+  std::uint32_t drawn = Aim::kNone;
+  if (aim.share() > 0 && rng.next() < aim.share()) {
+    drawn = aim.choose(rng.next());
+    place = aim.place(direction, drawn, rng.next2());
+    place -= glm::dot(place - center_, direction) * direction;
+  } else {
+    const Frame frame(direction);
+    const Vec2 d = square_to_disk(rng.next2()) * radius_;
+    place = center_ + d.x * frame.s + d.y * frame.t;
+  }
+  pdf_a = line_pdf(place, direction, aim, drawn);
+  // Twice the radius away: outside the sphere whatever rounding does.
+  return {place - 2 * radius_ * direction, direction};
+}
+
+EmissionSample Lights::emit_point(const PunctualLight& light, float choice, const Aim& aim, Rng& rng) const {
+  const bool spot = light.type == LightType::spot;
+  const float cone_pdf = spot ? square_to_cone_pdf(light.cos_outer) : kSpherePdf;
+  std::uint32_t drawn = Aim::kNone;
+  Vec3 direction;
+  if (aim.share() > 0 && rng.next() < aim.share()) {
+    drawn = aim.choose(rng.next());
+    direction = aim.direction(light.position, drawn, rng.next2());
+  } else if (spot) {
+    direction = Frame(light.direction).to_world(square_to_cone(rng.next2(), light.cos_outer));
+  } else {
+    direction = square_to_sphere(rng.next2());
+  }
+  const float cosine = glm::dot(direction, light.direction);
+  if (spot && drawn != Aim::kNone && cosine < light.cos_outer) return {{light.position, direction}};
+  float pdf_w = cone_pdf;
+  if (aim.share() > 0) {
+    pdf_w = (1 - aim.share()) * cone_pdf + aim.share() * aim.pdf_w(light.position, direction, drawn);
+  }
+  return {{light.position, direction}, light.intensity * (light.attenuation(cosine) / (pdf_w * choice))};
+}
+
+EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, const Aim& aim, Rng& rng) const {
+  if (index < emitters_.size()) return emit_triangle(scene, index, aim, rng);
+  const Light& light = lights_[index];
+  const float choice = choice_.pdf(index);
+  float pdf_a = 0;
+  if (light.kind == Light::Kind::environment) {
+    const EnvironmentSample from = scene.environment.sample(rng.next2());
+    const Ray ray = ray_from_infinity(-from.wi, aim, rng, pdf_a);
+    const float etendue = 1 / (choice * from.pdf_w * pdf_a);
+    return {ray, from.radiance * etendue, environment_casts_ ? etendue : kInfinity};
+  }
+  const PunctualLight& source = scene.lights[light.index];
+  if (source.type != LightType::directional) return emit_point(source, choice, aim, rng);
+  const Ray ray = ray_from_infinity(source.direction, aim, rng, pdf_a);
+  return {ray, source.intensity / (pdf_a * choice)};
+}
+
+std::uint32_t Lights::choose_casting(Rng& rng) const {
+  std::uint32_t light = choose(rng.next());
+  while (light == environment_ && !environment_casts_) light = choose(rng.next());
+  return light;
+}
+
+}  // namespace photond
