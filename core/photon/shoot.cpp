@@ -29,7 +29,7 @@ float shading_normal_factor(const SurfacePoint& s, const Vec3& in, const Vec3& o
 
 // By place and direction, so that photons are rounded apart. Exponents do not count: a scene in units of half a metre is
 // the same scene.
-PackedFlux rounded(const Rgb& flux, const Vec3& position, std::uint32_t from) {
+[[gnu::always_inline]] inline PackedFlux rounded(const Rgb& flux, const Vec3& position, std::uint32_t from) {
   const auto bits = [](float v) { return std::bit_cast<std::uint32_t>(v) & 0x807fffffu; };
   return encode_flux(flux, from ^ 0x9e3779b1u * bits(position.x) ^ 0x85ebca77u * bits(position.y) ^
                                0xc2b2ae3du * bits(position.z));
