@@ -1,5 +1,8 @@
 #include "core/photon/bandwidth.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "core/photon/nearest.h"
 
 namespace photond {
@@ -31,6 +34,14 @@ std::optional<Bandwidth> Bandwidth::over(std::shared_ptr<const PhotonMaps> pilot
   bandwidth.count_ = static_cast<std::uint32_t>(densities.size());
   bandwidth.density_ = view_large_array(densities, std::move(owner));
   return bandwidth;
+}
+
+float Bandwidth::median() const {
+  if (count_ == 0) return 0;
+  std::vector<float> sorted(density_.get(), density_.get() + count_);
+  const auto middle = sorted.begin() + count_ / 2;
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle;
 }
 
 float Bandwidth::radius_sq(const Vec3& point, float photons) const {

@@ -25,6 +25,8 @@ class Bandwidth {
 
   /// Photons per m² at each photon of the pilot; empty where the pilot is too small to tell.
   std::span<const float> densities() const { return {density_.get(), count_}; }
+  /// The median of them; 0 where there are none.
+  float median() const;
 
  private:
   std::shared_ptr<const PhotonMaps> pilot_;   // keeps map_ alive

@@ -13,12 +13,17 @@ namespace photond {
 
 namespace {
 
-PlanItem radius_item(const RenderSettings& settings) {
-  char text[96];
-  std::snprintf(text, sizeof text, "widest radius %.4g m in the first pass, as asked",
-                static_cast<double>(settings.radius));
-  return {"radius", true,
-          settings.radius > 0 ? text : "chosen for each gather from a pilot map's density and the pixel's footprint"};
+// Of one that is asked for, how many photons it will meet: with too few there is nothing to tell the error by.
+PlanItem radius_item(const RenderTask& task) {
+  const float radius = task.settings.radius;
+  if (radius == 0) return {"radius", true, "chosen for each gather from a pilot map's density and the pixel's footprint"};
+  const Bandwidth& global = task.guide->global;
+  const bool all = task.plan.method == Method::progressive && !global.densities().empty();
+  const float density = (all ? global : task.guide->caustic).median();
+  char text[160];
+  std::snprintf(text, sizeof text, "widest radius %.4g m in the first pass, as asked; around most photons it holds %.2g others",
+                static_cast<double>(radius), static_cast<double>(density * kPi * radius * radius / pilot_share(task.photons)));
+  return {"radius", true, text};
 }
 
 PlanItem edges_item(const GatherGuide& guide) {
@@ -125,7 +130,7 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
     }
     if (task.plan.method != Method::photon_map) {
       task.plan.radius = settings.radius;
-      task.plan.items.push_back(radius_item(settings));
+      task.plan.items.push_back(radius_item(task));
     }
     task.plan.items.push_back(edges_item(*task.guide));
   }

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 #include "tests/support/scenes.h"
 
 namespace photond {
@@ -52,6 +55,33 @@ TEST(RenderTask, PlanTellsTheRadiusAskedFor) {
     ASSERT_TRUE(task.ok());
     EXPECT_EQ(task->plan.radius, radius);
   }
+}
+
+TEST(RenderTask, PlanTellsHowManyPhotonsARadiusHolds) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::box({0, 0, 0}, {1, 1, 1}, true), test::add_material(scene, test::lambert(Rgb(0.5f))));
+  test::add_point_light(scene, {0.5f, 0.5f, 0.5f}, Rgb(1));
+  const auto prepared = test::prepared(std::move(scene));
+  RenderSettings settings;
+  settings.method = Method::progressive;
+  settings.radius = 0.05f;
+  const PhotonSettings photons{100'000, 0};
+  const auto task = make_render_task(prepared, prepared->scene.cameras[0], photons, settings, Execution{});
+  ASSERT_TRUE(task.ok());
+  const auto item = std::ranges::find(task->plan.items, "radius", &PlanItem::feature);
+  ASSERT_NE(item, task->plan.items.end());
+  const double told = std::stod(item->reason.substr(item->reason.find("holds ") + 6));
+  const auto maps = build_photon_maps(*prepared, {prepared->digest, photons, 0}, Execution{});
+  const PhotonMap& map = (*maps)->global;
+  ASSERT_GT(map.size(), 1000u);
+  std::vector<std::uint32_t> counts;
+  for (std::uint32_t i = 0; i < map.size(); i += 100) {
+    std::uint32_t count = 0;
+    for (std::uint32_t k = 0; k < map.size(); ++k) count += glm::distance(map.position(i), map.position(k)) < settings.radius;
+    counts.push_back(count);
+  }
+  std::ranges::nth_element(counts, counts.begin() + counts.size() / 2);
+  EXPECT_NEAR(told / counts[counts.size() / 2], 1, 0.2) << item->reason;
 }
 
 // Pictures by such radii lack all light of photons, and their error estimate does not know.
