@@ -72,4 +72,16 @@ std::shared_ptr<const PhotonMaps> shoot_maps(const PreparedScene& scene, std::ui
   return *maps;
 }
 
+double total_flux(const PhotonMap& map) {
+  double sum = 0;
+  for (std::uint32_t i = 0; i < map.size(); ++i) sum += static_cast<double>(map.flux(i).x);
+  return sum;
+}
+
+Measured by_paths(const std::shared_ptr<const PreparedScene>& room, const Look& look) {
+  const Sample one = see(room, Method::path, 3, look)[0];
+  const Sample two = see(room, Method::path, 4, look)[0];
+  return {(one.mean + two.mean) / 2, std::hypot(one.standard_error(), two.standard_error()) / 2};
+}
+
 }  // namespace photond::test

@@ -45,4 +45,14 @@ Sample scaled(Sample sample, double factor);
 std::shared_ptr<const PhotonMaps> shoot_maps(const PreparedScene& scene, std::uint32_t photons,
                                              std::uint64_t seed, std::uint32_t pass = 0);
 
+/// Flux of a map's photons in W, of all paths together.
+double total_flux(const PhotonMap& map);
+
+/// What paths of other seeds than the cases' measure, with its standard error.
+struct Measured {
+  double mean;
+  double error;
+};
+Measured by_paths(const std::shared_ptr<const PreparedScene>& room, const Look& look);
+
 }  // namespace photond::test

@@ -137,6 +137,17 @@ void add_point_light(Scene& scene, const Vec3& position, const Rgb& intensity) {
   scene.lights.push_back(light);
 }
 
+PunctualLight spot_light(const Vec3& position, const Vec3& direction, float cos_inner, float cos_outer, float intensity) {
+  PunctualLight spot;
+  spot.type = LightType::spot;
+  spot.position = position;
+  spot.direction = glm::normalize(direction);
+  spot.cos_inner = cos_inner;
+  spot.cos_outer = cos_outer;
+  spot.intensity = Rgb(intensity);
+  return spot;
+}
+
 std::shared_ptr<const PreparedScene> prepared(Scene scene) {
   auto result = prepare(std::move(scene), Execution{});
   assert(result.ok());

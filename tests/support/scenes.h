@@ -37,6 +37,7 @@ Mesh faceted(Mesh mesh);
 Mesh inside_out(Mesh mesh);
 
 void add_point_light(Scene& scene, const Vec3& position, const Rgb& intensity);
+PunctualLight spot_light(const Vec3& position, const Vec3& direction, float cos_inner, float cos_outer, float intensity);
 
 /// Prepares on the calling thread; the scene must be valid.
 std::shared_ptr<const PreparedScene> prepared(Scene scene);
