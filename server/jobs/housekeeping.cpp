@@ -1,0 +1,75 @@
+// What jobs leave behind, and what waits for room.
+#include <algorithm>
+
+#include "server/jobs/jobs.h"
+
+namespace photond {
+
+/// The files go first: a job whose files are missing is whole, a file whose job is missing is litter.
+Status Jobs::forget(const std::string& id) {
+  if (const Status dropped = files_.drop_checkpoints(id); !dropped) return dropped;
+  if (const Status dropped = files_.drop_frames(id); !dropped) return dropped;
+  if (const Status removed = store_.remove_job(id); !removed) return removed;
+  runs_.erase(id);
+  return Done{};
+}
+
+Status Jobs::forget_oldest() {
+  std::vector<std::pair<std::uint64_t, std::string>> ended;
+  for (const auto& [id, run] : runs_) {
+    const JobRecord record = run->job()->record();
+    if (is_terminal(record.state)) ended.emplace_back(record.sequence, id);
+  }
+  if (ended.size() <= static_cast<std::size_t>(limits_.max_kept_jobs)) return Done{};
+  std::sort(ended.begin(), ended.end());
+  ended.resize(ended.size() - static_cast<std::size_t>(limits_.max_kept_jobs));
+  for (const auto& [sequence, id] : ended) {
+    if (const Status forgotten = forget(id); !forgotten) return forgotten;
+  }
+  return Done{};
+}
+
+/// Looks after the disk, and after jobs that wait for it.
+void Jobs::keep_house(std::stop_token stop) {
+  constexpr std::chrono::seconds kInterval{1};
+  std::mutex mutex;
+  while (!stop.stop_requested()) {
+    // A disk that cannot be looked at is as good as a full one.
+    if (!room_.tidy() || room_.full())
+      pause_for_room();
+    else
+      wake();
+    std::unique_lock lock(mutex);
+    tick_.wait_for(lock, stop, kInterval, [] { return false; });
+  }
+}
+
+void Jobs::pause_for_room() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [id, run] : runs_) {
+    const JobState state = run->job()->state();
+    if (state != JobState::queued && !is_running(state)) continue;
+    const Status paused = run->job()->move(
+        JobState::paused, [](JobRecord& record) { record.pause_reason = PauseReason::disk_full; });
+    if (!paused) continue;  // it has moved on, or nothing can be written at all: then its run stalls
+    run->interrupt();
+    scheduler_.hurry(run);
+  }
+}
+
+/// Takes up what waited for room, in the order it came.
+void Jobs::wake() {
+  const std::lock_guard lock(mutex_);
+  if (stopping_) return;
+  std::map<std::uint64_t, std::shared_ptr<RunJob>> waiting;
+  for (const auto& [id, run] : runs_) {
+    const bool paused = run->job()->pause_reason() == PauseReason::disk_full;
+    if (paused || run->stalled()) waiting.emplace(run->job()->record().sequence, run);
+  }
+  for (const auto& [sequence, run] : waiting) {
+    if (run->missing_bytes() > 0 && !room_.make_room(run->missing_bytes())) continue;
+    if (run->stalled() || run->job()->move(JobState::queued)) put_to_work(run);
+  }
+}
+
+}  // namespace photond
