@@ -92,8 +92,8 @@ class MortonGrid {
   }
 
   // The same of eleven bits.
-  [[gnu::always_inline]] static Bits8 spread(Bits8 v) {
-    v = (v | v << 16) & 0x070000ffu;
+  [[gnu::always_inline]] static Bits8 spread(const Bits8& bits) {
+    Bits8 v = (bits | bits << 16) & 0x070000ffu;
     v = (v | v << 8) & 0x0700f00fu;
     v = (v | v << 4) & 0x430c30c3u;
     return (v | v << 2) & 0x49249249u;
