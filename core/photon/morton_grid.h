@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 
 #ifdef __BMI2__
@@ -64,7 +62,6 @@ class MortonGrid {
 
  private:
   static constexpr std::int32_t kCells = 1 << kAxisBits;
-
   static constexpr auto kLast = static_cast<float>(kCells - 1);
 
   static std::uint32_t coordinate(float v) {
