@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <cstring>
 
@@ -42,6 +43,21 @@ struct Vec3x8 {
 [[gnu::always_inline]] inline Float8 min8(const Float8& a, const Float8& b) { return a < b ? a : b; }
 [[gnu::always_inline]] inline Float8 max8(const Float8& a, const Float8& b) { return a > b ? a : b; }
 
+[[gnu::always_inline]] inline Float8 abs8(const Float8& v) {
+  return reinterpret_cast<Float8>(reinterpret_cast<Mask8>(v) & 0x7fffffff);
+}
+
+/// table[index], eight times.
+[[gnu::always_inline]] inline Float8 lookup8(const float* table, const Mask8& index) {
+#ifdef __AVX2__
+  return _mm256_i32gather_ps(table, reinterpret_cast<__m256i>(index), sizeof(float));
+#else
+  Float8 v;
+  for (std::uint32_t k = 0; k < 8; ++k) v[k] = table[index[k]];
+  return v;
+#endif
+}
+
 /// Bit k: whether k is set.
 [[gnu::always_inline]] inline std::uint32_t bits8(const Mask8& mask) {
 #ifdef __AVX__
@@ -53,8 +69,50 @@ struct Vec3x8 {
 #endif
 }
 
+/// Writes first + k·step for each bit k that is set of eight, in ascending order; of eight places, those left over hold
+/// anything. Returns how many are set. Without branches, which nobody could predict.
+[[gnu::always_inline]] inline std::uint32_t put_set8(std::uint32_t bits, std::uint32_t first, std::uint32_t step,
+                                                     std::uint32_t* to) {
+#ifdef __AVX2__
+  const std::uint64_t set = _pext_u64(0x0706050403020100, _pdep_u64(bits, 0x0101010101010101) * 0xff);
+  const auto k = reinterpret_cast<Bits8>(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(set))));
+  const Bits8 numbers = first + k * step;
+  std::memcpy(to, &numbers, sizeof numbers);
+  return static_cast<std::uint32_t>(std::popcount(bits));
+#else
+  std::uint32_t count = 0;
+  for (std::uint32_t k = 0; k < 8; ++k) {
+    to[count] = first + k * step;
+    count += bits >> k & 1;
+  }
+  return count;
+#endif
+}
+
+[[gnu::always_inline]] inline bool any8(const Mask8& mask) { return bits8(mask) != 0; }
+
+/// Of all eight.
+[[gnu::always_inline]] inline float sum8(const Float8& v) {
+  const Float8 half = v + __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3);
+  const Float8 quarter = half + __builtin_shufflevector(half, half, 2, 3, 0, 1, 6, 7, 4, 5);
+  return quarter[0] + quarter[1];
+}
+
+/// The smallest of all eight.
+[[gnu::always_inline]] inline float least8(const Float8& v) {
+  const Float8 half = min8(v, __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
+  const Float8 quarter = min8(half, __builtin_shufflevector(half, half, 2, 3, 0, 1, 6, 7, 4, 5));
+  return quarter[0] < quarter[1] ? quarter[0] : quarter[1];
+}
+
 [[gnu::always_inline]] inline Vec3x8 operator-(const Vec3& a, const Vec3x8& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+[[gnu::always_inline]] inline Vec3x8 operator-(const Vec3x8& a, const Vec3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+[[gnu::always_inline]] inline Vec3x8 operator+(const Vec3x8& a, const Vec3x8& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 [[gnu::always_inline]] inline Vec3x8 cross(const Vec3x8& a, const Vec3x8& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};

@@ -3,7 +3,11 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/math/types.h"
+#include "core/math/float8.h"
+
+// All that takes vectors of eight is inlined, so that it does not matter how they would be passed.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace photond {
 
@@ -41,5 +45,14 @@ inline Vec3 decode_normal(std::uint32_t bits) {
   const auto value = [](std::uint32_t v) { return static_cast<float>(v & 1023) * (1 / 511.0f) - 1; };
   return {value(bits), value(bits >> 10), value(bits >> 20)};
 }
+/// Of eight.
+[[gnu::always_inline]] inline Vec3x8 decode_normal(const Bits8& bits) {
+  const auto value = [](const Bits8& v) __attribute__((always_inline)) {
+    return __builtin_convertvector(reinterpret_cast<Mask8>(v & 1023), Float8) * (1 / 511.0f) - 1;
+  };
+  return {value(bits), value(bits >> 10), value(bits >> 20)};
+}
 
 }  // namespace photond
+
+#pragma GCC diagnostic pop

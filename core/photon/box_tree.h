@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -10,12 +11,19 @@
 
 #include "core/base/large_array.h"
 #include "core/base/parallel.h"
-#include "core/math/types.h"
+#include "core/math/float8.h"
+
+// All that takes vectors of eight is inlined, so that it does not matter how they would be passed.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace photond {
 
 /// Squared length, the one expression by which all distances of the photon index are computed.
-inline float length_sq(float x, float y, float z) { return x * x + y * y + z * z; }
+template <class T>
+[[gnu::always_inline]] inline T length_sq(const T& x, const T& y, const T& z) {
+  return x * x + y * y + z * z;
+}
 
 /// A tree of bounding boxes, eight to a node, over leaves that are numbered along a space-filling curve: node i of a
 /// level bounds the nodes 8i … 8i+7 of the level below, so no links are stored [Kamel and Faloutsos 1993: packed
@@ -58,10 +66,12 @@ class BoxTree {
 
     void set(std::uint32_t child, const Bounds3& box);
     Bounds3 bounds() const;
-    std::array<float, kWidth> distances_sq(const Vec3& center) const;
+    // Bit i: whether the box of child i comes nearer than `radius_sq`.
+    std::uint32_t near(const Vec3& center, float radius_sq) const;
   };
   // Eight to the eleventh exceeds 2³².
   static constexpr std::uint32_t kMaxLevels = 11;
+  static constexpr std::uint32_t kLevelBits = 4;
   // Each level leaves at most seven siblings behind.
   static constexpr std::uint32_t kStack = kMaxLevels * kWidth;
   static std::uint32_t parents(std::uint32_t n) { return n / kWidth + (n % kWidth != 0 ? 1 : 0); }
@@ -90,21 +100,18 @@ inline Bounds3 BoxTree::Node::bounds() const {
   return box;
 }
 
-inline std::array<float, BoxTree::kWidth> BoxTree::Node::distances_sq(const Vec3& center) const {
-  std::array<float, kWidth> result;
-  for (std::uint32_t i = 0; i < kWidth; ++i) {
-    const auto outside = [&](int axis, float c) {
-      const float below = min[axis][i] - c;
-      const float above = c - max[axis][i];
-      const float larger = below > above ? below : above;
-      return larger > 0 ? larger : 0;
-    };
-    result[i] = length_sq(outside(0, center.x), outside(1, center.y), outside(2, center.z));
-  }
-  return result;
+inline std::uint32_t BoxTree::Node::near(const Vec3& center, float radius_sq) const {
+  const auto outside = [](const std::array<float, kWidth>& low, const std::array<float, kWidth>& high, float c)
+      __attribute__((always_inline)) {
+        return max8(max8(load8(low.data()) - c, c - load8(high.data())), Float8{});
+      };
+  const Float8 d = length_sq(outside(min[0], max[0], center.x), outside(min[1], max[1], center.y),
+                             outside(min[2], max[2], center.z));
+  return bits8(d < radius_sq);
 }
 
 inline void BoxTree::divide(std::uint32_t leaves) {
+  assert(leaves < 1u << 31);   // nodes and levels share a word
   if (leaves == 0) return;
   std::uint32_t n = leaves;
   do {
@@ -145,30 +152,23 @@ BoxTree::BoxTree(std::uint32_t leaves, const LeafBounds& bounds, const Execution
 
 template <class Visit>
 void BoxTree::query(const Vec3& center, float radius_sq, const Visit& visit) const {
-  struct Pending {
-    std::uint32_t node, level;
-  };
-  std::array<Pending, kStack> stack;
+  // Of what is still to be looked at: the node's number and its level, as one word, which a processor that has just
+  // written it reads without waiting.
+  std::array<std::uint32_t, kStack> stack;
   std::array<std::uint32_t, kBatch + kWidth> leaves;
   std::uint32_t top = 0;
   std::uint32_t count = 0;
   const float reach_sq = radius_sq * kSafety;
-  if (levels_ > 0) stack[top++] = {0, levels_ - 1};
+  if (levels_ > 0) stack[top++] = levels_ - 1;
   while (top > 0) {
-    const auto [node, level] = stack[--top];
-    const std::array<float, kWidth> d = nodes_[begin_[level] + node].distances_sq(center);
-    // Written always, kept where near: cheaper than eight branches nobody can predict.
+    const std::uint32_t pending = stack[--top];
+    const std::uint32_t number = pending >> kLevelBits, level = pending & ((1u << kLevelBits) - 1);
+    const std::uint32_t near = nodes_[begin_[level] + number].near(center, reach_sq);
     if (level > 0) {
-      for (std::uint32_t i = 0; i < kWidth; ++i) {
-        stack[top] = {node * kWidth + i, level - 1};
-        top += d[i] < reach_sq ? 1 : 0;
-      }
+      top += put_set8(near, (number * kWidth << kLevelBits) + level - 1, 1 << kLevelBits, &stack[top]);
       continue;
     }
-    for (std::uint32_t i = 0; i < kWidth; ++i) {
-      leaves[count] = node * kWidth + i;
-      count += d[i] < reach_sq ? 1 : 0;
-    }
+    count += put_set8(near, number * kWidth, 1, &leaves[count]);
     if (count > kBatch - kWidth) {
       visit(std::span<const std::uint32_t>(leaves.data(), count));
       count = 0;
@@ -178,3 +178,5 @@ void BoxTree::query(const Vec3& center, float radius_sq, const Visit& visit) con
 }
 
 }  // namespace photond
+
+#pragma GCC diagnostic pop

@@ -4,7 +4,7 @@
 
 #include "core/photon/bandwidth.h"
 #include "core/photon/photon_maps.h"
-#include "core/trace/edges.h"
+#include "core/photon/edges.h"
 
 namespace photond {
 

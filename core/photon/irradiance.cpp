@@ -23,14 +23,6 @@ Rgb arriving(const PhotonMap& map, const Vec3& position, const Vec3& normal, con
   return estimate_irradiance(map, position, normal, cut, radius_sq);
 }
 
-// Whether a place so far off lies before every edge.
-bool within(const Reach& reach, const Vec3& offset) {
-  if (reach.whole()) return true;
-  float across_sq = 0;
-  const float limit_sq = reach.limit_sq(offset, across_sq);
-  return across_sq < limit_sq;
-}
-
 // Looks for the nearest place.
 class Search {
  public:
@@ -67,7 +59,7 @@ class Search {
       const std::uint32_t at = number * PhotonLeaf::kSize + i;
       const bool nearer = d[i] < found_sq_ || (d[i] == found_sq_ && at < found_);
       if (!nearer || glm::dot(decode_normal(leaf.normal[i]), normal_) < kMinNormalCos) continue;
-      if (!within(reach, Vec3(leaf.x[i], leaf.y[i], leaf.z[i]) - position_)) continue;
+      if (!reach.whole() && !reach.within(Vec3(leaf.x[i], leaf.y[i], leaf.z[i]) - position_)) continue;
       found_ = at;
       found_sq_ = d[i];
     }
@@ -115,7 +107,7 @@ std::optional<std::uint32_t> Irradiance::nearest(const Edges& edges, const Vec3&
   // Mostly no edge is as near as that.
   radius_sq = search.bound_sq();
   Reach reach(edges, position, normal, std::sqrt(radius_sq));
-  if (within(reach, search.offset())) return search.found();
+  if (reach.whole() || reach.within(search.offset())) return search.found();
   do {
     if (radius_sq >= reach_sq) return std::nullopt;
     radius_sq = std::min(radius_sq * 4, reach_sq);

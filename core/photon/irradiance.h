@@ -4,7 +4,7 @@
 #include <span>
 
 #include "core/photon/photon_map.h"
-#include "core/trace/edges.h"
+#include "core/photon/edges.h"
 
 namespace photond {
 

@@ -124,7 +124,7 @@ SectionList guide_sections(const GatherGuide& guide, double build_seconds) {
   list.add(guide.global.densities());
   list.add(guide.caustic.densities());
   list.add(guide.edges.segments());
-  list.add(guide.edges.nodes());
+  list.add(guide.edges.tree().nodes());
   return list;
 }
 
@@ -139,7 +139,7 @@ std::shared_ptr<const GatherGuide> read_gather_guide(SharedSpan file, const MapK
   if (!pilot || !global || !caustic || !segments || !nodes) return nullptr;
   auto global_bandwidth = Bandwidth::over(pilot, &pilot->global, *global, sections->owner());
   auto caustic_bandwidth = Bandwidth::over(pilot, &pilot->caustic, *caustic, sections->owner());
-  auto edges = Edges::of(*segments, *nodes);
+  auto edges = Edges::over(*segments, *nodes, sections->owner());
   if (!global_bandwidth || !caustic_bandwidth || !edges) return nullptr;
   auto guide = std::make_shared<GatherGuide>();
   guide->pilot = pilot;

@@ -2,9 +2,15 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
+#include "core/math/float8.h"
 #include "core/math/frame.h"
-#include "core/trace/edges.h"
+#include "core/photon/edges.h"
+
+// All that takes vectors of eight is inlined, so that it does not matter how they would be passed.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace photond {
 
@@ -21,31 +27,40 @@ class Reach {
   Reach(const Edges& edges, const Vec3& point, const Vec3& normal, float radius);
 
   /// Nothing is cut off: every photon counts and every coverage is 1.
-  bool whole() const { return !cut_; }
-  /// The squared reach in the direction of `offset` from the center, and the squared length of its projection on the
-  /// tangent plane: what is shorter lies within reach. Not to be asked where nothing is cut off.
-  float limit_sq(const Vec3& offset, float& across_sq) const {
+  bool whole() const { return !(nearest_sq_ < kInfinity); }
+  /// Whether what lies so far off the center is within reach, by its projection on the tangent plane. Not to be asked
+  /// where nothing is cut off.
+  bool within(const Vec3& offset) const {
     const float x = glm::dot(offset, frame_.s);
     const float y = glm::dot(offset, frame_.t);
-    across_sq = x * x + y * y;
-    return reach_sq_[sector(x, y)];
+    const float turn = y / (std::abs(x) + std::abs(y) + kSmallest);
+    const auto sector = static_cast<std::int32_t>((x >= 0 ? turn + 1 : 3 - turn) * kPerTurn) & (kSectors - 1);
+    return x * x + y * y < reach_sq_[static_cast<std::uint32_t>(sector)];
+  }
+  /// The same of eight.
+  [[gnu::always_inline]] Mask8 within(const Vec3x8& offset) const {
+    const Float8 x = dot(frame_.s, offset);
+    const Float8 y = dot(frame_.t, offset);
+    const Float8 turn = y / (abs8(x) + abs8(y) + kSmallest);
+    const Mask8 sectors = __builtin_convertvector((x >= 0 ? turn + 1 : 3 - turn) * kPerTurn, Mask8) & (kSectors - 1);
+    return x * x + y * y < lookup8(reach_sq_.data(), sectors);
   }
   /// The share of an Epanechnikov kernel of squared radius `radius_sq` that lies within reach, in (0, 1].
-  float coverage(float radius_sq) const { return cut_ ? cut_coverage(radius_sq) : 1; }
+  float coverage(float radius_sq) const { return radius_sq <= nearest_sq_ ? 1 : cut_coverage(radius_sq); }
 
  private:
-  // Sectors of equal diamond angle: no arc tangent.
-  static int sector(float x, float y) {
-    const float t = y / (std::abs(x) + std::abs(y) + std::numeric_limits<float>::min());
-    const float turn = x >= 0 ? t + 1 : 3 - t;   // [0, 4)
-    return static_cast<int>(turn * (kSectors / 4)) & (kSectors - 1);
-  }
+  // Sectors are of equal diamond angle, y/(|x| + |y|) in the right half: no arc tangent.
+  static constexpr float kPerTurn = kSectors / 4;
+  static constexpr float kSmallest = std::numeric_limits<float>::min();
+
   float cut_coverage(float radius_sq) const;
-  void cut(const Vec3& a, const Vec3& b, float radius_sq);
+  void cut(const Vec2& a, const Vec2& b, float radius_sq);
 
   Frame frame_;
-  bool cut_ = false;
-  std::array<float, kSectors> reach_sq_;
+  float nearest_sq_ = kInfinity;   // of reach_sq_, which is set where this is finite
+  alignas(32) std::array<float, kSectors> reach_sq_;
 };
 
 }  // namespace photond
+
+#pragma GCC diagnostic pop

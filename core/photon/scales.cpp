@@ -4,6 +4,11 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/math/float8.h"
+
+// Vectors of eight are neither passed nor returned: all that takes them is inlined.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
 namespace photond {
 
 namespace {
@@ -14,18 +19,12 @@ constexpr float kMinNormalCos = 0.5f;
 constexpr float kMaxNormalFactor = 8.0f;
 
 constexpr std::uint32_t kLeaf = PhotonLeaf::kSize;
+static_assert(kLeaf * sizeof(float) == sizeof(Float8));
 template <class T>
 using Lanes = PhotonLeaf::Lanes<T>;
 
 // 4^k: what relative squared distances of the scale k are larger by than those of the widest.
 constexpr float area_factor(int scale) { return static_cast<float>(1 << (2 * scale)); }
-
-float smallest(const Lanes<float>& v) {
-  std::array<float, kLeaf / 2> half;
-  for (std::uint32_t i = 0; i < half.size(); ++i) half[i] = v[i] < v[i + half.size()] ? v[i] : v[i + half.size()];
-  return std::min(std::min(half[0], half[2]), std::min(half[1], half[3]));
-}
-float total(const Lanes<float>& v) { return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7])); }
 
 // The kernels of one gather: K_k(d) = height[k]·(1 − 4^k d²/r²) where that is positive.
 struct Kernels {
@@ -44,60 +43,36 @@ struct Kernels {
   }
 
   // d²/r² of the photons that count, 1 of all others.
-  Lanes<float> relative_distances_sq(const PhotonLeaf& leaf) const {
-    const Lanes<float> d = leaf.distances_sq(center);
-    const float inverse = 1 / radius_sq;
-    Lanes<float> t;
-    for (std::uint32_t i = 0; i < kLeaf; ++i) {
-      const float turned = glm::dot(decode_normal(leaf.normal[i]), normal);
-      t[i] = (d[i] < radius_sq) & (turned >= kMinNormalCos) ? d[i] * inverse : 1;
-    }
-    if (!reach->whole()) drop_beyond_reach(leaf, t);
-    return t;
-  }
-
-  void drop_beyond_reach(const PhotonLeaf& leaf, Lanes<float>& t) const {
-    Lanes<float> limit_sq, across_sq;
-    for (std::uint32_t i = 0; i < kLeaf; ++i) {
-      const Vec3 offset(leaf.x[i] - center.x, leaf.y[i] - center.y, leaf.z[i] - center.z);
-      limit_sq[i] = reach->limit_sq(offset, across_sq[i]);
-    }
-    for (std::uint32_t i = 0; i < kLeaf; ++i) t[i] = across_sq[i] < limit_sq[i] ? t[i] : 1;
+  [[gnu::always_inline]] Float8 relative_distances_sq(const PhotonLeaf& leaf) const {
+    const Vec3x8 offset = Vec3x8{load8(leaf.x.data()), load8(leaf.y.data()), load8(leaf.z.data())} - center;
+    const Float8 d = length_sq(offset.x, offset.y, offset.z);
+    const Float8 turned = dot(normal, decode_normal(reinterpret_cast<Bits8>(load8(leaf.normal.data()))));
+    Mask8 counts = (d < radius_sq) & (turned >= kMinNormalCos);
+    if (!reach->whole()) counts &= reach->within(offset);
+    return counts ? d * (1 / radius_sq) : Float8{} + 1;
   }
 };
 
 // Sums over a batch of leaves of weight times value at each scale, and of the squares of the weights' differences: few
 // enough terms for floats.
 struct BatchSums {
-  std::array<std::array<Lanes<float>, 3>, kScales> level{};
-  std::array<Lanes<float>, kBands> square{};
+  std::array<Vec3x8, kScales> level{};
+  std::array<Float8, kBands> square{};
 
-  // `value`: flux times BSDF of the leaf's photons, channel by channel; `nearest`: the smallest of `t`.
-  void add(const Kernels& kernels, const Lanes<float>& t, float nearest, const std::array<Lanes<float>, 3>& value) {
-    Lanes<float> value_sq;
-    for (std::uint32_t i = 0; i < kLeaf; ++i) {
-      value_sq[i] = value[0][i] * value[0][i] + value[1][i] * value[1][i] + value[2][i] * value[2][i];
-    }
-    Lanes<float> wider{};
+  // `value`: flux times BSDF of the leaf's photons.
+  [[gnu::always_inline]] void add(const Kernels& kernels, const Float8& t, const Vec3x8& value) {
+    const Float8 value_sq = dot(value, value);
+    Float8 wider{};
     for (int k = 0; k < kScales; ++k) {
-      const bool reached = nearest * area_factor(k) < 1;
-      Lanes<float> weight{};
-      if (reached) {
-        for (std::uint32_t i = 0; i < kLeaf; ++i) {
-          const float inside = 1 - t[i] * area_factor(k);
-          weight[i] = (inside > 0 ? inside : 0) * kernels.height[k];
-        }
-        for (int c = 0; c < 3; ++c) {
-          for (std::uint32_t i = 0; i < kLeaf; ++i) level[k][c][i] += weight[i] * value[c][i];
-        }
+      const Float8 inside = 1 - t * area_factor(k);
+      const Mask8 reached = inside > 0;
+      if (!any8(reached)) {
+        if (k > 0) square[k - 1] += wider * wider * value_sq;
+        break;
       }
-      if (k > 0) {
-        for (std::uint32_t i = 0; i < kLeaf; ++i) {
-          const float step = weight[i] - wider[i];
-          square[k - 1][i] += step * step * value_sq[i];
-        }
-      }
-      if (!reached) break;
+      const Float8 weight = (reached ? inside : Float8{}) * kernels.height[k];
+      level[k] = level[k] + value * weight;
+      if (k > 0) square[k - 1] += (weight - wider) * (weight - wider) * value_sq;
       wider = weight;
     }
   }
@@ -110,10 +85,10 @@ struct Sums {
 
   void add(const BatchSums& batch) {
     for (int k = 0; k < kScales; ++k) {
-      const auto& v = batch.level[k];
-      level[k] += glm::dvec3(total(v[0]), total(v[1]), total(v[2]));
+      const Vec3x8& v = batch.level[k];
+      level[k] += glm::dvec3(sum8(v.x), sum8(v.y), sum8(v.z));
     }
-    for (int j = 0; j < kBands; ++j) square[j] += total(batch.square[j]);
+    for (int j = 0; j < kBands; ++j) square[j] += sum8(batch.square[j]);
   }
 
   void add_to(ScaleEstimate& sum, const Rgb& scale) const {
@@ -137,36 +112,24 @@ struct Sums {
   }
 };
 
-std::array<Lanes<float>, 3> fluxes(const PhotonLeaf& leaf) {
-  std::array<Lanes<float>, 3> flux;
-  for (int c = 0; c < 3; ++c) {
-    for (std::uint32_t i = 0; i < kLeaf; ++i) flux[c][i] = decode_flux(leaf.flux[c][i]);
-  }
-  return flux;
+[[gnu::always_inline]] inline Vec3x8 fluxes(const PhotonLeaf& leaf) {
+  return {decode_flux(leaf.flux[0]), decode_flux(leaf.flux[1]), decode_flux(leaf.flux[2])};
 }
 
-// The fluxes times the photons' shares 1/(1 + ρ), where ρ is `per_etendue` times the étendue.
-std::array<Lanes<float>, 3> shares(const PhotonMap& map, std::uint32_t leaf, float per_etendue) {
-  std::array<Lanes<float>, 3> flux = fluxes(map.leaf(leaf));
-  const Lanes<float>& etendues = map.etendues(leaf);
-  for (std::uint32_t i = 0; i < kLeaf; ++i) {
-    const float share = 1 / (1 + per_etendue * etendues[i]);
-    for (int c = 0; c < 3; ++c) flux[c][i] *= share;
-  }
-  return flux;
+// The photons' shares 1/(1 + ρ), where ρ is `per_etendue` times the étendue.
+[[gnu::always_inline]] inline Float8 shares(const Lanes<float>& etendues, float per_etendue) {
+  return 1 / (1 + per_etendue * load8(etendues.data()));
 }
 
-// Sums value(leaf, t) over the leaves where any photon counts.
-template <class Value>
-Sums sum_leaves(const PhotonMap& map, const Kernels& kernels, const Value& value) {
+// Sums values(leaf, t) over the leaves where any photon counts.
+template <class Values>
+[[gnu::always_inline]] inline Sums sum_leaves(const PhotonMap& map, const Kernels& kernels, const Values& values) {
   Sums sums;
   map.tree().query(kernels.center, kernels.radius_sq, [&](std::span<const std::uint32_t> leaves) {
     BatchSums batch;
     for (const std::uint32_t i : leaves) {
-      const PhotonLeaf& leaf = map.leaf(i);
-      const Lanes<float> t = kernels.relative_distances_sq(leaf);
-      const float nearest = smallest(t);
-      if (nearest < 1) batch.add(kernels, t, nearest, value(i, t));
+      const Float8 t = kernels.relative_distances_sq(map.leaf(i));
+      if (any8(t < 1)) batch.add(kernels, t, values(i, t));
     }
     sums.add(batch);
   });
@@ -182,17 +145,18 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
   if (bsdf.lobes() == kDiffuseLobe && !surface.smooth) {
     // A bare Lambert base is the same for all directions: it waits until the end.
     const float per_etendue = merge.per_etendue * kInvPi;   // its density is the cosine over π
-    const auto arriving = [&](std::uint32_t leaf, const Lanes<float>&) {
-      return shared ? shares(map, leaf, per_etendue) : fluxes(map.leaf(leaf));
+    const auto arriving = [&](std::uint32_t leaf, const Float8&) __attribute__((always_inline)) {
+      const Vec3x8 flux = fluxes(map.leaf(leaf));
+      return shared ? flux * shares(map.etendues(leaf), per_etendue) : flux;
     };
     sum_leaves(map, kernels, arriving).add_to(sum, scale * bsdf.eval(surface.ns, mask, Transport::radiance));
     return;
   }
-  const auto reflected = [&](std::uint32_t leaf_index, const Lanes<float>& t) {
+  const auto reflected = [&](std::uint32_t leaf_index, const Float8& t) __attribute__((always_inline)) {
     const PhotonLeaf& leaf = map.leaf(leaf_index);
     std::array<Lanes<float>, 3> value{};
-    for (std::uint32_t i = 0; i < kLeaf; ++i) {
-      if (!(t[i] < 1)) continue;
+    for (std::uint32_t counting = bits8(t < 1); counting != 0; counting &= counting - 1) {
+      const auto i = static_cast<std::uint32_t>(std::countr_zero(counting));
       const Vec3 wi = decode_direction(leaf.direction[i]);
       if (!(glm::dot(wi, surface.ng) > 0)) continue;   // a neighbouring facet's, from behind this one
       const Rgb f = bsdf.eval(wi, mask, Transport::radiance);
@@ -202,14 +166,16 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
       if (shared) factor /= 1 + merge.ratio(surface, bsdf, mask, wi, map.etendues(leaf_index)[i]);
       for (int c = 0; c < 3; ++c) value[c][i] = factor * f[c] * decode_flux(leaf.flux[c][i]);
     }
-    return value;
+    return Vec3x8{load8(value[0].data()), load8(value[1].data()), load8(value[2].data())};
   };
   sum_leaves(map, kernels, reflected).add_to(sum, scale);
 }
 
 Rgb estimate_irradiance(const PhotonMap& map, const Vec3& position, const Vec3& normal, const Reach& reach,
                         float radius_sq) {
-  const auto arriving = [&](std::uint32_t leaf, const Lanes<float>&) { return fluxes(map.leaf(leaf)); };
+  const auto arriving = [&](std::uint32_t leaf, const Float8&) __attribute__((always_inline)) {
+    return fluxes(map.leaf(leaf));
+  };
   return Rgb(sum_leaves(map, Kernels(position, normal, reach, radius_sq), arriving).level[0]);
 }
 

@@ -105,10 +105,7 @@ TEST(Reach, EndsAtTheEdge) {
   for (int i = 0; i < 20'000; ++i) {
     const Vec3 offset(2 * rng.next() - 1, 2 * rng.next() - 1, 0);
     if (glm::dot(offset, offset) >= 1) continue;
-    float across_sq = 0;
-    const bool within = reach.limit_sq(offset, across_sq) > across_sq;
-    EXPECT_FLOAT_EQ(across_sq, glm::dot(offset, offset));
-    wrong += within != (offset.x > -0.3f);
+    wrong += reach.within(offset) != (offset.x > -0.3f);
     ++count;
   }
   // By those triangles between the sectors' arcs and the line, on both sides of it: some more than their sum.
@@ -119,9 +116,8 @@ TEST(Reach, EndsAtTheEdge) {
 TEST(Reach, EndsAtTheFootOfAThinWall) {
   const Edges edges = edges_of({floor_of(10), test::box({5, -1, 0}, {5.02f, 11, 3})});
   const Reach reach(edges, {4.8f, 5, 0}, kUp, 1);
-  float across_sq = 0;
-  EXPECT_LT(reach.limit_sq({0.5f, 0.01f, 0}, across_sq), across_sq);
-  EXPECT_GT(reach.limit_sq({-0.5f, 0.01f, 0}, across_sq), across_sq);
+  EXPECT_FALSE(reach.within(Vec3(0.5f, 0.01f, 0)));
+  EXPECT_TRUE(reach.within(Vec3(-0.5f, 0.01f, 0)));
   EXPECT_NEAR(reach.coverage(1), half_plane(0.2), kSectorError);
 }
 

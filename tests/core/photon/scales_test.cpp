@@ -73,8 +73,7 @@ void expect_brute_force(const Receiver& receiver, const std::vector<Photon>& pho
     const Vec3 offset = map.position(i) - surface.position;
     const double d_sq = glm::dot(glm::dvec3(offset), glm::dvec3(offset));
     if (glm::dot(map.normal(i), surface.ng) < 0.5f) continue;
-    float across_sq = 0;
-    if (!reach.whole() && reach.limit_sq(offset, across_sq) <= across_sq) continue;
+    if (!reach.whole() && !reach.within(offset)) continue;
     const Vec3 wi = map.direction(i);
     if (glm::dot(wi, surface.ng) <= 0) continue;
     const float cosines = std::abs(glm::dot(wi, surface.ns)) / glm::dot(wi, surface.ng);

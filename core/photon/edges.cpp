@@ -1,8 +1,11 @@
-#include "core/trace/edges.h"
+#include "core/photon/edges.h"
 
 #include <algorithm>
-#include <cstring>
 #include <tuple>
+#include <utility>
+#include <vector>
+
+#include "core/photon/morton_grid.h"
 
 namespace photond {
 
@@ -49,48 +52,49 @@ void collect(std::vector<Side>& sides, std::vector<Edges::Segment>& segments) {
   }
 }
 
+Bounds3 bounds_of(const Edges::Segment& segment) {
+  Bounds3 bounds;
+  bounds.add(segment.a);
+  bounds.add(segment.b);
+  return bounds;
+}
+
+// Along a Morton curve, so that neighbours in the tree are neighbours in space.
+void sort_by_place(std::vector<Edges::Segment>& segments) {
+  Bounds3 bounds;
+  for (const Edges::Segment& segment : segments) bounds.add(bounds_of(segment).center());
+  const MortonGrid grid(bounds);
+  std::ranges::stable_sort(segments, {}, [&](const Edges::Segment& s) { return grid.code(bounds_of(s).center()); });
+}
+
 }  // namespace
 
 Edges::Edges(const Scene& scene) {
   std::vector<Side> sides;
+  std::vector<Segment> segments;
   for (const Instance& placed : scene.instances) {
     // Photons pass through glass: its edges end nothing.
     if (scene.materials[scene.meshes[placed.mesh].material].transmission > 0) continue;
     sides.clear();
     add_sides(scene, placed, sides);
-    collect(sides, segments_);
+    collect(sides, segments);
   }
-  if (!segments_.empty()) build(0, static_cast<std::uint32_t>(segments_.size()));
+  sort_by_place(segments);
+  size_ = static_cast<std::uint32_t>(segments.size());
+  segments_ = make_large_array<Segment>(size_);
+  std::ranges::copy(segments, segments_.get());
+  tree_ = BoxTree(size_, [&](std::uint32_t i) { return bounds_of(segments_[i]); }, {});
 }
 
-std::optional<Edges> Edges::of(std::span<const Segment> segments, std::span<const std::byte> nodes) {
-  if (nodes.size() % sizeof(Node) != 0 || nodes.empty() != segments.empty()) return std::nullopt;
+std::optional<Edges> Edges::over(std::span<const Segment> segments, std::span<const std::byte> tree_nodes,
+                                 std::shared_ptr<const void> owner) {
   Edges edges;
-  edges.segments_.assign(segments.begin(), segments.end());
-  edges.nodes_.resize(nodes.size() / sizeof(Node));
-  if (!nodes.empty()) std::memcpy(edges.nodes_.data(), nodes.data(), nodes.size());
+  edges.size_ = static_cast<std::uint32_t>(segments.size());
+  auto tree = BoxTree::over(edges.size_, tree_nodes, owner);
+  if (!tree) return std::nullopt;
+  edges.segments_ = view_large_array(segments, std::move(owner));
+  edges.tree_ = std::move(*tree);
   return edges;
-}
-
-std::uint32_t Edges::build(std::uint32_t begin, std::uint32_t end) {
-  const auto index = static_cast<std::uint32_t>(nodes_.size());
-  nodes_.push_back({{}, begin, end, 0});
-  Bounds3 bounds;
-  for (std::uint32_t i = begin; i < end; ++i) {
-    bounds.add(segments_[i].a);
-    bounds.add(segments_[i].b);
-  }
-  nodes_[index].bounds = bounds;
-  if (end - begin <= kLeafSize) return index;
-  const Vec3 extent = bounds.extent();
-  const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
-  const std::uint32_t middle = begin + (end - begin) / 2;
-  std::nth_element(segments_.begin() + begin, segments_.begin() + middle, segments_.begin() + end,
-                   [axis](const Segment& s, const Segment& t) { return s.a[axis] + s.b[axis] < t.a[axis] + t.b[axis]; });
-  build(begin, middle);
-  const std::uint32_t right = build(middle, end);
-  nodes_[index].right = right;
-  return index;
 }
 
 }  // namespace photond

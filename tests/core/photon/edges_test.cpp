@@ -1,4 +1,4 @@
-#include "core/trace/edges.h"
+#include "core/photon/edges.h"
 
 #include <gtest/gtest.h>
 
