@@ -10,10 +10,6 @@
 
 #include "core/math/lanes.h"
 
-// All that takes them is inlined, so that it does not matter how they would be passed.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 /// Eight numbers side by side, what their comparisons say (−1 or 0), eight sets of bits, and eight vectors.
@@ -122,5 +118,3 @@ struct Vec3x8 {
 [[gnu::always_inline]] inline Float8 dot(const Vec3& a, const Vec3x8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 }  // namespace photond
-
-#pragma GCC diagnostic pop

@@ -5,10 +5,6 @@
 
 #include "core/math/float8.h"
 
-// All that takes vectors of eight is inlined, so that it does not matter how they would be passed.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 /// A unit vector in 16 + 16 bits by the octahedral map [Cigolle et al. 2014]; error below .004°.
@@ -54,5 +50,3 @@ inline Vec3 decode_normal(std::uint32_t bits) {
 }
 
 }  // namespace photond
-
-#pragma GCC diagnostic pop

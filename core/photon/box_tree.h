@@ -13,10 +13,6 @@
 #include "core/base/parallel.h"
 #include "core/math/float8.h"
 
-// All that takes vectors of eight is inlined, so that it does not matter how they would be passed.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 /// Squared length, the one expression by which all distances of the photon index are computed.
@@ -178,5 +174,3 @@ void BoxTree::query(const Vec3& center, float radius_sq, const Visit& visit) con
 }
 
 }  // namespace photond
-
-#pragma GCC diagnostic pop

@@ -8,10 +8,6 @@
 
 #include "core/math/float8.h"
 
-// All that takes vectors of eight is inlined, so that it does not matter how they would be passed.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 /// Cells of a cube around `bounds`, 2²¹ an axis, numbered along the Morton curve. They are cubes: of flat ones,
@@ -103,5 +99,3 @@ class MortonGrid {
 };
 
 }  // namespace photond
-
-#pragma GCC diagnostic pop

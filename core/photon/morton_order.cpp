@@ -12,9 +12,6 @@
 
 #include "core/photon/photon_lanes.h"
 
-// Vectors of eight are neither passed nor returned: all that takes them is inlined.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 namespace {

@@ -9,10 +9,6 @@
 #include "core/math/float8.h"
 #include "core/math/rng.h"
 
-// All that takes vectors of eight is inlined, so that it does not matter how they would be passed.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 /// A non-negative float in 16 bits: eight of exponent and eight of mantissa, so the whole range at 1/256 relative
@@ -57,5 +53,3 @@ inline PackedFlux nearest_flux(const Rgb& flux) {
 }
 
 }  // namespace photond
-
-#pragma GCC diagnostic pop

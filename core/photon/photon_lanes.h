@@ -10,10 +10,6 @@
 #include "core/photon/morton_grid.h"
 #include "core/photon/photon.h"
 
-// All that takes vectors of eight is inlined, so that it does not matter how they would be passed.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 static_assert(sizeof(Photon) == sizeof(Mask8) && offsetof(Photon, position) == 0 && offsetof(Photon, direction) == 12 &&
@@ -75,5 +71,3 @@ void for_parts(std::span<const Photon> photons, const MortonGrid& grid, int leve
 }
 
 }  // namespace photond
-
-#pragma GCC diagnostic pop

@@ -3,9 +3,6 @@
 
 #include <algorithm>
 
-// Vectors of eight are neither passed nor returned: all that takes them is inlined.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 namespace {

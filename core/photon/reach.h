@@ -8,10 +8,6 @@
 #include "core/math/frame.h"
 #include "core/photon/edges.h"
 
-// All that takes vectors of eight is inlined, so that it does not matter how they would be passed.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 /// How far a disc around a point extends on its surface before an edge cuts it off: a radius for each of kSectors
@@ -62,5 +58,3 @@ class Reach {
 };
 
 }  // namespace photond
-
-#pragma GCC diagnostic pop

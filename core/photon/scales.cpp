@@ -6,9 +6,6 @@
 
 #include "core/math/float8.h"
 
-// Vectors of eight are neither passed nor returned: all that takes them is inlined.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace photond {
 
 namespace {

@@ -112,6 +112,26 @@ TEST(Reach, EndsAtTheEdge) {
   EXPECT_LT(wrong, 2 * kSectorError * count);
 }
 
+/// Eight offsets at once are told apart as one by one, but within rounding of the limit.
+TEST(Reach, TellsEightAsOne) {
+  const Edges edges = edges_of({floor_of(10)});
+  const Reach reach(edges, {0.3f, 0.4f, 0}, kUp, 1);
+  Rng rng(3, RngPurpose::pilot, 0, 0);
+  int within = 0;
+  for (int round = 0; round < 1000; ++round) {
+    Vec3Lanes offsets{};
+    for (std::uint32_t k = 0; k < 8; ++k) offsets.set(k, {2 * rng.next() - 1, 2 * rng.next() - 1, rng.next() - 0.5f});
+    const std::uint32_t bits = bits8(reach.within(load8(offsets, 0)));
+    for (std::uint32_t k = 0; k < 8; ++k) {
+      within += bits >> k & 1;
+      if (reach.within(0.9999f * offsets[k]) != reach.within(1.0001f * offsets[k])) continue;
+      EXPECT_EQ((bits >> k & 1) != 0, reach.within(offsets[k])) << offsets[k].x << ' ' << offsets[k].y;
+    }
+  }
+  EXPECT_GT(within, 2000);
+  EXPECT_LT(within, 6000);
+}
+
 /// A wall that stands on the floor, thinner than the radius, open at its foot: what is behind it is out of reach.
 TEST(Reach, EndsAtTheFootOfAThinWall) {
   const Edges edges = edges_of({floor_of(10), test::box({5, -1, 0}, {5.02f, 11, 3})});
