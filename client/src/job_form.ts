@@ -121,7 +121,7 @@ export class JobForm {
       camera: Math.max(0, this.camera.selectedIndex),
       film: { width: value_of('width'), height: value_of('height') },
       method: this.method(),
-      photons_per_pass: value_of('photons'),
+      ...(given('photons') && { photons_per_pass: value_of('photons') }),
       seed: value_of('seed'),
       stop,
     };

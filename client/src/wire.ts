@@ -136,7 +136,7 @@ export interface JobRequest {
   camera: number;
   film: { width: number; height: number };
   method: Method;
-  photons_per_pass: number;
+  photons_per_pass?: number;
   seed: number;
   stop: Partial<Record<keyof StopRule, number>>;
   label?: string;

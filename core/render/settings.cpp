@@ -1,5 +1,7 @@
 #include "core/render/settings.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -13,6 +15,12 @@ Error out_of_range(const char* pointer, const std::string& range) {
 }
 
 }  // namespace
+
+std::uint32_t default_photons(const RenderSettings& render) {
+  const std::uint64_t pixels = static_cast<std::uint64_t>(std::max(render.width, 1)) *
+                               static_cast<std::uint64_t>(std::max(render.height, 1));
+  return static_cast<std::uint32_t>(std::bit_ceil(std::clamp<std::uint64_t>(pixels, 1 << 18, 1 << 22)));
+}
 
 Status check_settings(const PhotonSettings& photons, const RenderSettings& render, const StopRule& stop) {
   if (photons.photons_per_pass < 1 || photons.photons_per_pass > 100'000'000) {

@@ -35,6 +35,11 @@ struct StopRule {
   std::optional<double> relative_error;      ///< of ErrorEstimate::relative
 };
 
+/// The photons per pass of a picture where nobody asks for a number: about one for each pixel, a power of two from 262,144,
+/// so that pictures of up to 512×512 pixels share their maps, to 4,194,304. With fewer, a pass spends its time on pixels that
+/// gather the same few photons.
+std::uint32_t default_photons(const RenderSettings& render);
+
 /// Errors name the field as a JSON pointer of the job message: `/photons_per_pass`, `/film/width`, `/radius`.
 Status check_settings(const PhotonSettings& photons, const RenderSettings& render, const StopRule& stop);
 

@@ -74,6 +74,7 @@ Result<JobSpec> parse_job(const Json& message) {
   }
   if (const auto method = message.find("method"); method != message.end())
     spec.settings.method = *method_from_name(method->get<std::string>().c_str());
+  spec.photons.photons_per_pass = default_photons(spec.settings);
   take(message, "photons_per_pass", spec.photons.photons_per_pass);
   take(message, "radius", spec.settings.radius);
   take(message, "gather_photons", spec.settings.gather_photons);

@@ -74,10 +74,12 @@ void add_task_options(CLI::App& app, TaskOptions& command) {
          },
          "auto, path, photon_map, progressive or hybrid (default: auto)")
       ->type_name("NAME");
-  add_whole<std::uint32_t>(
-      app, "--photons", [&command](std::uint32_t photons) { command.photons.photons_per_pass = photons; },
-      {1, 100'000'000},
-      "Photon paths emitted per pass (default: " + std::to_string(command.photons.photons_per_pass) + ")");
+  const CLI::Option* const photons = add_whole<std::uint32_t>(
+      app, "--photons", [&command](std::uint32_t count) { command.photons.photons_per_pass = count; },
+      {1, 100'000'000}, "Photon paths emitted per pass (default: about one per pixel, 262144 to 4194304)");
+  app.parse_complete_callback([&command, photons] {
+    if (photons->empty()) command.photons.photons_per_pass = default_photons(command.settings);
+  });
   add_number(app, "--radius", [&command](double radius) { command.settings.radius = static_cast<float>(radius); }, kAny,
              "Widest gather radius of the first pass in metres (default: chosen for each gather)");
   add_whole<std::uint64_t>(

@@ -46,13 +46,20 @@ TEST(ParseJob, TheContractTellsTheDefaultsThatHold) {
   const Json& schema = contract.document()["components"]["schemas"]["JobSpec"]["properties"];
   const Json spec = spec_message(*parse("{\"scene\":\"" + kScene + "\"}"));
   for (const auto& [name, value] : spec.items()) {
-    if (name == "scene") continue;
+    if (name == "scene" || name == "photons_per_pass") continue;   // that follows from the film
     if (name != "film") {
       EXPECT_EQ(value, schema[name]["default"]) << name;
       continue;
     }
     for (const auto& [side, length] : value.items()) EXPECT_EQ(length, schema["film"]["properties"][side]["default"]);
   }
+}
+
+TEST(ParseJob, TakesAsManyPhotonsAsTheFilmNeeds) {
+  const auto photons = [](const std::string& fields) { return parse_with(fields)->photons.photons_per_pass; };
+  EXPECT_EQ(photons(R"("film":{"width":1024,"height":1024})"), 1u << 20);
+  EXPECT_EQ(photons(R"("film":{"width":1024,"height":1024},"photons_per_pass":5000)"), 5000u);
+  EXPECT_EQ(photons(R"("label":"512 by 512")"), PhotonSettings{}.photons_per_pass);
 }
 
 TEST(ParseJob, ReadsAllFields) {
