@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#ifdef __AVX__
+#ifdef __SSE2__
 #include <immintrin.h>
 #endif
 
@@ -58,6 +58,10 @@ struct Vec3x8 {
 [[gnu::always_inline]] inline std::uint32_t bits8(const Mask8& mask) {
 #ifdef __AVX__
   return static_cast<std::uint32_t>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+#elif defined(__SSE2__)
+  __m128 halves[2];
+  std::memcpy(halves, &mask, sizeof halves);
+  return static_cast<std::uint32_t>(_mm_movemask_ps(halves[0]) | _mm_movemask_ps(halves[1]) << 4);
 #else
   std::uint32_t bits = 0;
   for (std::uint32_t k = 0; k < 8; ++k) bits |= (static_cast<std::uint32_t>(mask[k]) & 1) << k;
