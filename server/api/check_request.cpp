@@ -43,8 +43,9 @@ class ParameterCheck {
           break;
         case ParameterIn::header: {
           const auto field = request_.headers.find(lower(parameter.name));
-          // An empty one says nothing, unless the contract wants something of it.
-          const bool said = field != request_.headers.end() && (!field->second.empty() || parameter.schema->min_length > 0);
+          // Empty text says nothing, unless the contract wants something of it. An empty number is none.
+          const bool may_be_empty = admitted_types(*parameter.schema) == kString && parameter.schema->min_length == 0;
+          const bool said = field != request_.headers.end() && !(field->second.empty() && may_be_empty);
           take(parameter, parameter.name, said ? &field->second : nullptr);
           break;
         }

@@ -75,6 +75,7 @@ TEST_F(ServiceTest, LastEventIdContinuesWhereTheReaderWas) {
   EXPECT_EQ(get(port_, target + "?after=" + last).status, 204);
   EXPECT_EQ(get(port_, target, {{"Last-Event-ID", "99999"}}).status, 200) << "an id of an earlier service";
   EXPECT_EQ(get(port_, target, {{"Last-Event-ID", "x\r\ny"}}).status, 400);
+  EXPECT_EQ(get(port_, target, {{"Last-Event-ID", ""}}).status, 400);
   EXPECT_EQ(get(port_, "/v1/jobs/none/events").status, 404);
 }
 
