@@ -59,9 +59,9 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
   return settings;
 }
 
-// Rays that a pass traces beside those of the photons, in rays of photons, for each pixel: measured on Cornell boxes,
-// much the same for paths that go on and for paths that gather.
-constexpr double kRaysOfPixel = 5;
+// What a pixel of a pass takes, in rays of photons: measured on a Cornell box. Where paths that go on gather caustics, as
+// long as where all is gathered.
+constexpr double kRaysOfPath = 5, kRaysOfGather = 26;
 
 // Paths must be that much better, by few of them and by many: behind a door ajar 8 paths through a pixel tell that
 // photons leave twice their noise, 32 a fifteenth, 128 a sixtieth. Many cost up to a fifth of a second, but are traced
@@ -81,13 +81,15 @@ Status choose_by_pilot(RenderTask& task, const Execution& execution) {
   const double paths_of_pass = task.photons.photons_per_pass / pilot.emitted;
   const double shoot = static_cast<double>(pilot.rays) * paths_of_pass;
   const double shoot_caustic = hybrid->uses_maps ? static_cast<double>(pilot.caustic_rays) * paths_of_pass : 0;
-  const double pixels = kRaysOfPixel * task.settings.width * task.settings.height;
+  const double pixels = static_cast<double>(task.settings.width) * task.settings.height;
+  const double gathers = kRaysOfGather * pixels;
+  const double others = hybrid->uses_maps ? gathers : kRaysOfPath * pixels;
   double ratio = 0;
   for (const std::uint32_t count : {kFewPilotPaths, kManyPilotPaths}) {
     const PilotNoise noise = measure_noise(*task.scene, task.camera, aspect, paths, *task.guide, count, execution);
     if (execution.cancelled()) return cancelled();
-    const double by_photons = noise.photons * (shoot + pixels);
-    const double by_paths = noise.paths * (shoot_caustic + pixels);
+    const double by_photons = noise.photons * (shoot + gathers);
+    const double by_paths = noise.paths * (shoot_caustic + others);
     ratio = by_photons > 0 ? by_photons / by_paths : 0;   // infinite where paths leave no noise at all
     if (!(ratio > kDoubt)) break;
   }
