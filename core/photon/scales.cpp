@@ -15,10 +15,9 @@ constexpr float kMinNormalCos = 0.5f;
 // Bound of |wi·ns|/|wi·ng|, which grows without limit at grazing incidence on interpolated normals.
 constexpr float kMaxNormalFactor = 8.0f;
 
-constexpr std::uint32_t kLeaf = PhotonLeaf::kSize;
-static_assert(kLeaf * sizeof(float) == sizeof(Float8));
 template <class T>
 using Lanes = PhotonLeaf::Lanes<T>;
+static_assert(sizeof(Lanes<float>) == sizeof(Float8));
 
 // 4^k: what relative squared distances of the scale k are larger by than those of the widest.
 constexpr float area_factor(int scale) { return static_cast<float>(1 << (2 * scale)); }
