@@ -17,7 +17,8 @@ namespace photond {
 /// Names a set of photon maps by all they depend on beside the program (photon_stage). No camera, film or radius: those
 /// reuse the maps. Nothing finer: photons that another intensity of a light or another material leaves as they are could
 /// be told only by keeping each one's light and the materials of its path; but in all of seven test scenes photons
-/// meet every material, and maps are 5 (pool) to 27 % (bulb) of a pass of 512 × 512 pixels. All lights at once are what exposure is for.
+/// meet every material, and maps are 5 (pool) to 27 % (bulb) of a pass of 512 × 512 pixels. All lights at once are what
+/// exposure is for.
 struct MapKey {
   Digest scene;
   PhotonSettings settings;
