@@ -4,7 +4,7 @@ import { fetch_with_key } from './key';
 import { WireError, type Parser } from './parse';
 import {
   parse_environment, parse_environments, parse_info, parse_job, parse_jobs, parse_problem, parse_report, parse_scenes,
-  parse_series, type Environment, type Job, type JobRequest, type Problem, type SceneReport,
+  parse_series, type Environment, type Job, type JobRequest, type Problem, type Scene, type SceneReport,
 } from './wire';
 
 /** Why a request brought nothing: the server did not answer, or answered with a problem. */
@@ -19,9 +19,11 @@ export interface FramePicture {
 
 export type FrameFormat = 'png' | 'jpg' | 'exr';
 
+const kMostPages = 10; // of scenes: more than that is no list to choose from
+
 export const api = {
   info: () => ask('v1/info', parse_info),
-  scenes: () => ask('v1/scenes', parse_scenes),
+  scenes: () => all_scenes(),
   scene: (id: string) => ask(`v1/scenes/${id}`, parse_report),
   jobs: () => ask('v1/jobs?limit=50', parse_jobs),
   job: (id: string) => ask(`v1/jobs/${id}`, parse_job),
@@ -71,6 +73,21 @@ export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<Fr
 function revision_of(response: Response): number | null {
   const found = /\/frames\/(\d+)\.\w+$/.exec(response.headers.get('Content-Location') ?? '');
   return found ? Number(found[1]) : null;
+}
+
+/** The scenes of the first pages. */
+async function all_scenes(): Promise<Answer<Scene[]>> {
+  const scenes: Scene[] = [];
+  let cursor: string | null = null;
+  for (let page = 0; page < kMostPages; ++page) {
+    const from: string = cursor === null ? '' : `&cursor=${cursor}`;
+    const answer = await ask(`v1/scenes?limit=200${from}`, parse_scenes);
+    if (!answer.ok) return answer;
+    scenes.push(...answer.value.scenes);
+    cursor = answer.value.next_cursor;
+    if (cursor === null) break;
+  }
+  return { ok: true, value: scenes };
 }
 
 function json_post(body: unknown): RequestInit {

@@ -97,10 +97,13 @@ export function scene_title(scene: Scene): string {
 
 function with_scenes(state: State, scenes: Scene[]): State {
   // The server knows no file names of uploads; those of this visit are kept.
-  const named = scenes.map((scene) => ({
+  const named: Scene[] = scenes.map((scene) => ({
     ...scene, name: scene.name || state.scenes.find((known) => known.id === scene.id)?.name || '',
   }));
-  const chosen = scenes.some((scene) => scene.id === state.scene) ? state.scene : scenes[0]?.id ?? null;
+  // A list may be older than an upload, or end before it: what is chosen and known stays.
+  const report = chosen_report(state);
+  if (report && typeof report !== 'string' && !named.some(({ id }) => id === report.id)) named.push(report);
+  const chosen = named.some((scene) => scene.id === state.scene) ? state.scene : named[0]?.id ?? null;
   return { ...state, scenes: named, scene: chosen };
 }
 

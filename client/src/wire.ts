@@ -22,6 +22,12 @@ export interface Scene {
   sample: boolean;
 }
 
+/** A part of the list; `next_cursor` leads on, null at its end. */
+export interface ScenePage {
+  scenes: Scene[];
+  next_cursor: string | null;
+}
+
 /** A scene with what is in it. */
 export interface SceneReport extends Scene {
   triangles: number;
@@ -236,7 +242,7 @@ export const parse_info: Parser<Info> = object<Info>({
 
 const scene = object<Scene>({ id: text, name: text, bytes: count, sample: flag });
 
-export const parse_scenes: Parser<Scene[]> = (value, pointer) => object({ scenes: list(scene) })(value, pointer).scenes;
+export const parse_scenes: Parser<ScenePage> = object<ScenePage>({ scenes: list(scene), next_cursor: maybe(text) });
 
 const environment = object({ id: text, width: count, height: count });
 

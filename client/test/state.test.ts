@@ -83,6 +83,15 @@ describe('scenes', () => {
     expect(after(state, { type: 'scenes', scenes: [] }).scene).toBeNull();
   });
 
+  it('keeps an upload that a list does not name: it may be older, or end before it', () => {
+    const report = { ...parse_report(scene_message(), ''), ...a_scene('c', 'mine.glb') };
+    const state = after(kInitialState, { type: 'scene_added', report }, { type: 'scenes', scenes: [a_scene('a', 'box')] });
+    expect(state.scene).toBe('c');
+    expect(state.scenes.map(({ id }) => id)).toEqual(['a', 'c']);
+    const other = after(state, { type: 'scene_chosen', scene: 'a' }, { type: 'scenes', scenes: [a_scene('a', 'box')] });
+    expect(other).toMatchObject({ scene: 'a', scenes: [{ id: 'a' }] });
+  });
+
   it('remembers the file name of an upload, which the server does not', () => {
     const report = { ...parse_report(scene_message(), ''), ...a_scene('c', 'mine.glb') };
     const state = after(kInitialState, { type: 'scene_added', report }, { type: 'scenes', scenes: [a_scene('c', '')] });

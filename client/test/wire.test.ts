@@ -72,7 +72,9 @@ describe('parse_report', () => {
 
   it('takes lists, where there are no reports', () => {
     const { report: _report, plan: _plan, ...listed } = scene_message();
-    expect(parse_scenes({ scenes: [listed] }, '')).toEqual([{ id: 'ab'.repeat(32), name: 'box', bytes: 1000, sample: true }]);
+    expect(parse_scenes({ scenes: [listed], next_cursor: null }, '')).toEqual({
+      scenes: [{ id: 'ab'.repeat(32), name: 'box', bytes: 1000, sample: true }], next_cursor: null,
+    });
   });
 });
 
