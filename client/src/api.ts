@@ -56,16 +56,27 @@ export function describe(failure: Failure): string {
   return sentence(detail || title || `The server answered ${failure.status}.`);
 }
 
+/** A file to be saved. An answer without one, as a 204, is a failure too. */
+export async function fetch_file(path: string): Promise<Answer<Blob>> {
+  const response = await reached(fetch_with_key(path));
+  const body = response && await reached(response.blob());
+  if (!response || !body) return { ok: false, failure: { kind: 'away' } };
+  return response.status === 200
+    ? { ok: true, value: body }
+    : { ok: false, failure: refusal(response.status, await body.text()) };
+}
+
 /**
  * The newest picture of the job of `key`, which is that of `key` or a later one: older ones are not kept for long. Null
- * where there is none to be had.
+ * where there is none, 'later' where the server is busy or away.
  */
-export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<FramePicture | null> {
+export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<FramePicture | 'later' | null> {
   const format = key.lossless ? 'png' : 'jpg';
   const response = await reached(fetch_with_key(frame_url(key.job, 'latest', format), { signal, cache: 'no-store' }));
-  if (!response || response.status !== 200) return null;
+  if (!response || response.status === 429 || response.status >= 500) return 'later';
+  if (response.status !== 200) return null;
   const blob = await reached(response.blob());
-  if (!blob) return null;
+  if (!blob) return 'later';
   return { bitmap: await createImageBitmap(blob), revision: revision_of(response) ?? key.revision };
 }
 

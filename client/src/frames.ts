@@ -1,4 +1,7 @@
 import type { FramePicture } from './api';
+import { retry_wait } from './events';
+
+const kFirstWaitMs = 1000; // before a picture that could not be had is asked for again
 
 /** Names one picture: a revision of a job's. */
 export interface FrameKey {
@@ -16,19 +19,23 @@ export function supersedes(candidate: FrameKey, shown: FrameKey | null, job: str
   return candidate.lossless && !shown.lossless;
 }
 
-type Load = (key: FrameKey, signal: AbortSignal) => Promise<FramePicture | null>;
+type Load = (key: FrameKey, signal: AbortSignal) => Promise<FramePicture | 'later' | null>;
 
 /**
  * Fetches the pictures that are announced, one at a time: while one is on its way only the newest announcement is
  * remembered, so that a slow line skips pictures. What arrives late, for another job or an older revision, is dropped.
+ * What cannot be had just now is asked for again: of a job that has ended nothing else is announced.
  */
 export class FrameLoader {
   private job: string | null = null;
   private shown: FrameKey | null = null;
   private loading: { key: FrameKey; abort: AbortController } | null = null;
   private next: FrameKey | null = null;
+  /** How often in a row the server put us off, and the timer of the next try. */
+  private put_off = 0;
+  private retry: ReturnType<typeof setTimeout> | undefined;
 
-  /** `load` answers null where the picture cannot be had; `show` receives those that count. */
+  /** `load` answers null where there is no picture, 'later' where one may be had; `show` receives those that count. */
   constructor(private readonly load: Load, private readonly show: (picture: FramePicture, key: FrameKey) => void) {}
 
   /** From now on only pictures of `job` count. */
@@ -37,6 +44,7 @@ export class FrameLoader {
     this.job = job;
     this.shown = null;
     this.next = null;
+    this.put_off = 0;
     this.loading?.abort.abort();
     this.loading = null;
   }
@@ -58,13 +66,21 @@ export class FrameLoader {
       const picture = await this.load(loading.key, loading.abort.signal);
       if (this.loading !== loading) return; // another job is watched since
       this.loading = null;
-      if (picture) this.accept(picture, { ...loading.key, revision: picture.revision });
+      if (picture === 'later') this.try_later(loading.key);
+      else if (picture) this.accept(picture, { ...loading.key, revision: picture.revision });
     }
+  }
+
+  /** Announces it again after a while: by then it may not count any more. */
+  private try_later(key: FrameKey): void {
+    clearTimeout(this.retry);
+    this.retry = setTimeout(() => this.announce(key), retry_wait(this.put_off++, kFirstWaitMs));
   }
 
   private accept(picture: FramePicture, key: FrameKey): void {
     if (!supersedes(key, this.shown, this.job)) return;
     this.shown = key;
+    this.put_off = 0;
     this.show(picture, key);
     if (this.next && !supersedes(this.next, this.shown, this.job)) this.next = null;
   }

@@ -50,7 +50,10 @@ export class JobPanel {
   private readonly announce = by_id('announce', HTMLElement);
   private charted = '';
 
-  constructor(on_action: (job: string, action: JobAction) => void) {
+  /** `on_failure` is told, in words, of a download that brought nothing. */
+  constructor(
+    on_action: (job: string, action: JobAction) => void, private readonly on_failure: (words: string) => void,
+  ) {
     for (const { action, button } of this.actions) {
       button.addEventListener('click', () => {
         const id = this.root.dataset['job'];
@@ -76,7 +79,7 @@ export class JobPanel {
     render_progress(this.progress, job);
     render_failure(job);
     render_numbers(job);
-    render_downloads(job, scene_name(state, job.scene));
+    render_downloads(job, scene_name(state, job.scene), this.on_failure);
     render_plan(job.plan);
     this.render_chart(state, job);
   }
@@ -141,13 +144,13 @@ function number(id: string, value: string, beside: string | number | null): void
   set_children(element, `${value} ${beside ?? ''}`, () => (beside ? [new Text(`${value} `), make('small', {}, String(beside))] : [new Text(value)]));
 }
 
-function render_downloads(job: Job, scene: string): void {
+function render_downloads(job: Job, scene: string, on_failure: (words: string) => void): void {
   for (const format of ['png', 'exr'] as const) {
     const link = by_id(`download-${format}`, HTMLAnchorElement);
     link.hidden = job.revision === 0;
     link.setAttribute('href', frame_url(job.id, 'latest', format));
     link.setAttribute('aria-label', `Download ${format.toUpperCase()}`);
-    link.onclick = save_with_key;
+    link.onclick = (event) => save_with_key(event, on_failure);
     link.download = `${file_stem(scene)}-${job.id}.${format}`;
   }
 }

@@ -1,5 +1,6 @@
+import { describe, fetch_file } from './api';
 import { by_id } from './dom';
-import { fetch_with_key, has_key, use_key } from './key';
+import { has_key, use_key } from './key';
 
 const kStored = 'photond-key'; // in sessionStorage: gone with the tab
 
@@ -18,19 +19,22 @@ export function set_up_key(): void {
   });
 }
 
-/** Links carry no key: where there is one, the file is fetched with it and saved from memory. */
-export function save_with_key(event: MouseEvent): void {
+/**
+ * Links carry no key: where there is one, the file is fetched with it and saved from memory. `on_failure` is told, in
+ * words, why it was not.
+ */
+export function save_with_key(event: MouseEvent, on_failure: (words: string) => void): void {
   const link = event.currentTarget;
   if (!has_key() || !(link instanceof HTMLAnchorElement)) return;
   event.preventDefault();
-  void save(link.href, link.download);
+  void save(link.href, link.download, on_failure);
 }
 
-async function save(url: string, name: string): Promise<void> {
-  const response = await fetch_with_key(url);
-  if (!response.ok) return;
+async function save(url: string, name: string, on_failure: (words: string) => void): Promise<void> {
+  const file = await fetch_file(url);
+  if (!file.ok) return on_failure(`${name}: ${describe(file.failure)}`);
   const saved = document.createElement('a');
-  saved.href = URL.createObjectURL(await response.blob());
+  saved.href = URL.createObjectURL(file.value);
   saved.download = name;
   saved.click();
   setTimeout(() => URL.revokeObjectURL(saved.href), 60_000); // by then the browser has read it

@@ -18,7 +18,9 @@ let rendering = false;
 let stream: { stop(): void } | null = null;
 
 const viewer = new Viewer();
-const panel = new JobPanel((id, action) => void act(id, action));
+const panel = new JobPanel(
+  (id, action) => void act(id, action),
+  (words) => dispatch({ type: 'notice', text: words }));
 const list = new JobList();
 const form = new JobForm({
   on_scene: (scene) => choose_scene(scene),

@@ -1,5 +1,5 @@
 import { afterEach, describe, expect, it, vi } from 'vitest';
-import { api } from '../src/api';
+import { api, fetch_file, load_frame } from '../src/api';
 
 afterEach(() => void vi.unstubAllGlobals());
 
@@ -33,5 +33,39 @@ describe('the list of scenes', () => {
   it('fails where one of its pages does', async () => {
     server((url) => (url.searchParams.has('cursor') ? new Response('', { status: 503 }) : page(['a'], 'c-1')));
     expect(await api.scenes()).toMatchObject({ ok: false, failure: { status: 503 } });
+  });
+});
+
+describe('a picture', () => {
+  const load = () => load_frame({ job: 'j-1', revision: 1, lossless: true }, new AbortController().signal);
+
+  it('is to be asked for later where the server is busy or away', async () => {
+    for (const status of [429, 500, 503]) {
+      server(() => new Response('', { status }));
+      expect(await load()).toBe('later');
+    }
+    server(() => { throw new TypeError('no connection'); });
+    expect(await load()).toBe('later');
+  });
+
+  it('is not to be asked for again where there is none', async () => {
+    for (const status of [204, 401, 404]) {
+      server(() => new Response(null, { status }));
+      expect(await load()).toBeNull();
+    }
+  });
+});
+
+describe('a file', () => {
+  it('is had by 200 alone, not by an answer without one', async () => {
+    server(() => new Response('pixels'));
+    const file = await fetch_file('v1/jobs/j-1/frames/latest.png');
+    expect(file.ok && await file.value.text()).toBe('pixels');
+    server(() => new Response(null, { status: 204 }));
+    expect(await fetch_file('a')).toMatchObject({ ok: false, failure: { kind: 'problem', status: 204 } });
+    server(() => Response.json({ title: 'busy' }, { status: 503 }));
+    expect(await fetch_file('a')).toMatchObject({ ok: false, failure: { status: 503, problem: { title: 'busy' } } });
+    server(() => { throw new TypeError('no connection'); });
+    expect(await fetch_file('a')).toEqual({ ok: false, failure: { kind: 'away' } });
   });
 });

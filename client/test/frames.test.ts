@@ -1,18 +1,22 @@
-import { describe, expect, it } from 'vitest';
+import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import type { FramePicture } from '../src/api';
 import { FrameLoader, supersedes, type FrameKey } from '../src/frames';
 
 const key = (job: string, revision: number, lossless = false): FrameKey => ({ job, revision, lossless });
 
+beforeEach(() => void vi.useFakeTimers());
+afterEach(() => void vi.useRealTimers());
+
 /** A loader whose fetches are answered by hand. */
 function bench() {
-  const asked: { key: FrameKey; signal: AbortSignal; answer(picture: FramePicture | null): Promise<void> }[] = [];
+  type Answer = FramePicture | 'later' | null;
+  const asked: { key: FrameKey; signal: AbortSignal; answer(picture: Answer): Promise<void> }[] = [];
   const shown: FrameKey[] = [];
   const loader = new FrameLoader(
     (wanted, signal) => new Promise((resolve) => {
-      const answer = async (picture: FramePicture | null) => {
+      const answer = async (picture: Answer) => {
         resolve(picture);
-        await new Promise((done) => setTimeout(done));
+        await vi.advanceTimersByTimeAsync(0);
       };
       asked.push({ key: wanted, signal, answer });
     }),
@@ -92,5 +96,52 @@ describe('FrameLoader', () => {
     loader.announce(key('a', 1, true));
     await asked[2]!.answer(picture(1));
     expect(shown).toEqual([key('a', 1), key('a', 1, true)]);
+  });
+
+  it('asks again, ever less often, for what cannot be had just now', async () => {
+    const { loader, asked, shown } = bench();
+    loader.watch('a');
+    loader.announce(key('a', 1, true));
+    for (const seconds of [1, 2, 4, 8, 10, 10]) {
+      const tries = asked.length;
+      await asked.at(-1)!.answer('later');
+      await vi.advanceTimersByTimeAsync(1000 * seconds - 1);
+      expect(asked).toHaveLength(tries);
+      await vi.advanceTimersByTimeAsync(1);
+      expect(asked).toHaveLength(tries + 1);
+    }
+    await asked.at(-1)!.answer(picture(1));
+    expect(shown).toEqual([key('a', 1, true)]);
+    await vi.advanceTimersByTimeAsync(60_000);
+    expect(asked).toHaveLength(7);
+  });
+
+  it('asks once again though several could not be had, and soon after it went well', async () => {
+    const { loader, asked, shown } = bench();
+    loader.watch('a');
+    loader.announce(key('a', 1));
+    await asked[0]!.answer('later');
+    loader.announce(key('a', 2));
+    await asked[1]!.answer('later');
+    await vi.advanceTimersByTimeAsync(2000);
+    expect(asked.map((fetch) => fetch.key.revision)).toEqual([1, 2, 2]);
+    await asked[2]!.answer(picture(2));
+    loader.announce(key('a', 3));
+    await asked[3]!.answer('later');
+    await vi.advanceTimersByTimeAsync(1000);
+    await asked[4]!.answer(picture(3));
+    expect(shown.map((found) => found.revision)).toEqual([2, 3]);
+  });
+
+  it('does not ask again for a job that nobody watches, nor for what there is not', async () => {
+    const { loader, asked } = bench();
+    loader.watch('a');
+    loader.announce(key('a', 1));
+    await asked[0]!.answer(null);
+    loader.announce(key('a', 1));
+    await asked[1]!.answer('later');
+    loader.watch('b');
+    await vi.advanceTimersByTimeAsync(60_000);
+    expect(asked).toHaveLength(2);
   });
 });

@@ -49,5 +49,9 @@ it('asks for a key where the service needs one, and uses it for everything', asy
   const [file] = await Promise.all([page.waitForEvent('download'), page.click('#download-png')]);
   expect(file.suggestedFilename()).toMatch(/\.png$/);
   expect(readFileSync(await file.path()).subarray(1, 4).toString()).toBe('PNG');
+
+  await page.route('**/frames/latest.exr', (route) => route.fulfill({ status: 204 }));
+  await page.click('#download-exr');
+  await page.getByText('.exr: The server answered 204.').waitFor();
   await page.close();
 });
