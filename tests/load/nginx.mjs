@@ -178,6 +178,25 @@ async function limits({ port, figures }) {
   figures.exactly('nginx: refused ones', heard.filter((status) => status === 429).length, 16);
 }
 
+/** Eight uploads at once, whoever else looks on from the same address. */
+async function busy_address({ port, figures }) {
+  const from = '127.0.0.23';
+  const begin = (raw) => {
+    const socket = open(port, from);
+    socket.write(raw);
+    socket.once('data', (chunk) => (socket.heard = status_in(chunk.toString('latin1'))));
+    return socket;
+  };
+  const viewers = Array.from({ length: 12 }, () => begin('GET /v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n'));
+  await sleep(500);
+  figures.exactly('nginx: scenes listed beside 12 viewers of one address', await status_of(port, get('/v1/scenes'), from), 200);
+  const uploading = Array.from({ length: 10 }, () => begin(post('/v1/scenes', `${scene}Content-Length: 100000\r\n`, 'x')));
+  await sleep(500);
+  figures.exactly('nginx: uploads of one address refused, of 10 at once', uploading.filter((socket) => socket.heard === 429).length, 2);
+  figures.exactly('nginx: scenes listed beside uploads', await status_of(port, get('/v1/scenes'), from), 200);
+  [...viewers, ...uploading].forEach((socket) => socket.destroy());
+}
+
 async function streams({ port, photond_port, figures }) {
   const { id } = json(await submit(photond_port, { film: { width: 64, height: 64 }, method: 'path', stop: { seconds: 8 } }));
   const late = [];
@@ -225,7 +244,7 @@ const server = await Server.start({ photond, samples });
 process.on('exit', () => server.child.kill('SIGKILL'));
 const nginx = await Nginx.start(template, server.port);
 process.on('exit', () => nginx.child.kill('SIGTERM'));
-for (const check of [refusals, smuggling, headers, uploads, http2, streams, limits, slow_loris]) {
+for (const check of [refusals, smuggling, headers, uploads, http2, busy_address, streams, limits, slow_loris]) {
   await check({ port: nginx.port, photond_port: server.port, figures });
 }
 await nginx.stop();
