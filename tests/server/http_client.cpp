@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -32,7 +33,13 @@ std::string unchunked(const std::string& coded) {
 
 }  // namespace
 
-Connection::Connection(int port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+Connection::Connection(int port, bool narrow) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  if (narrow) {
+    const int least = 1;        // the system takes its own least
+    const int segment = 536;    // the peer's buffer grows by segments
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &least, sizeof least);
+    ::setsockopt(socket_, IPPROTO_TCP, TCP_MAXSEG, &segment, sizeof segment);
+  }
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(port));

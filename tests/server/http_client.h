@@ -18,7 +18,8 @@ struct Reply {
 /// A TCP connection to 127.0.0.1 that sends exactly the bytes it is given.
 class Connection {
  public:
-  explicit Connection(int port);
+  /// With `narrow`, the system holds some 40 kB between the two ends at most: what is not read soon stops the peer.
+  explicit Connection(int port, bool narrow = false);
   ~Connection();
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;

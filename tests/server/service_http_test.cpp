@@ -112,7 +112,7 @@ TEST_F(ServiceTest, AnUnreadBodyIsNoSecondRequest) {
                   "\r\n\r\n" + hidden);
   const std::string raw = connection.read_all();
   EXPECT_EQ(raw.find("max_upload_bytes"), std::string::npos);
-  EXPECT_LE(raw.find("HTTP/1.1"), raw.rfind("HTTP/1.1"));
+  EXPECT_EQ(parse_reply(raw).status, 200);
   EXPECT_EQ(raw.find("HTTP/1.1", 1), std::string::npos) << "one answer only";
 }
 
@@ -122,8 +122,8 @@ TEST_F(ServiceTest, RangesAreIgnored) {
   for (const char* range :
        {"bytes=0-0", "bytes=5-,6-,7-,8-", "bytes=99999999-", "bytes=-5", "bytes=0-99999999"}) {
     const Reply reply = get(port_, target, {{"Range", range}});
-    EXPECT_TRUE(reply.status == 200 || reply.status == 416) << range << " " << reply.status;
-    EXPECT_TRUE(reply.status == 416 || reply.body == whole.body) << range;
+    EXPECT_EQ(reply.status, 200) << range;
+    EXPECT_EQ(reply.body, whole.body) << range;
   }
 }
 
@@ -133,11 +133,10 @@ TEST_F(ServiceTest, TheWebClientIsServedAndNothingElse) {
   fs::create_directories(folder / "dist" / "assets");
   std::ofstream(folder / "dist" / "index.html") << "<p>hello";
   std::ofstream(folder / "dist" / "assets" / "a.js") << "1";
-  std::ofstream(folder / "secret") << "secret";
+  std::ofstream(folder / "secret") << "classified";
   ServiceOptions options;
   options.client_dir = (folder / "dist").string();
   start(options);
-  fs::remove_all(folder);
   const Reply page = get(port_, "/");
   EXPECT_EQ(page.status, 200);
   EXPECT_EQ(page.body, "<p>hello");
@@ -148,8 +147,10 @@ TEST_F(ServiceTest, TheWebClientIsServedAndNothingElse) {
                            "//etc/passwd", "/..%5csecret", "/assets/"}) {
     const Reply reply = get(port_, path);
     EXPECT_EQ(reply.status, 404) << path;
-    EXPECT_EQ(reply.body.find("secret\""), std::string::npos) << path;
+    EXPECT_EQ(reply.body.find("classified"), std::string::npos) << path;
   }
+  fs::remove_all(folder);
+  EXPECT_EQ(get(port_, "/").body, page.body) << "what was there at the start is kept in memory";
 }
 
 TEST_F(ServiceTest, AnOccupiedPortIsAClearError) {
