@@ -8,7 +8,7 @@ namespace {
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-/// A new service on the same data is what a restart is; kill -9 is tested with the real program (tests/faults).
+/// A new service on the same data is what a restart is; tests/cli/fault_test.cpp does kill -9 to the real program.
 class RestartTest : public ServiceTest {
  protected:
   Reply post(const std::string& id, const std::string& what) {
