@@ -5,20 +5,29 @@ import { about } from '../src/job_list';
 import { error_notes, further, progress_of } from '../src/job_panel';
 import { a_job } from './messages';
 
+/** With spaces where a line may not break. */
+const broken = (text: string) => text.replaceAll('\u00a0', ' ');
+
 describe('numbers for people', () => {
   it.each([
     [0, '0.0 s'], [1.25, '1.3 s'], [9.96, '10 s'], [60, '60 s'], [185, '3 min 05 s'], [599.6, '10 min'], [3599.7, '1 h'], [7440, '2 h 04 min'],
-  ])('%d seconds', (seconds, text) => expect(format_seconds(seconds)).toBe(text));
+  ])('%d seconds', (seconds, text) => expect(broken(format_seconds(seconds))).toBe(text));
 
   it.each([
     [0, '0 %'], [0.5, '50 %'], [1.234, '123 %'], [0.0412, '4.1 %'], [0.00034, '0.034 %'], [1e-9, '0.0000 %'],
-  ])('%d as per cent', (fraction, text) => expect(format_percent(fraction)).toBe(text));
+  ])('%d as per cent', (fraction, text) => expect(broken(format_percent(fraction))).toBe(text));
 
   it.each([[0, '0'], [999, '999'], [1234567, '1\u2009234\u2009567']])('%d counted', (value, text) => expect(format_count(value)).toBe(text));
 
   it.each([
     [[2, 2.5, 2], '2 × 2.5 × 2 m'], [[0.25, 0.1, 0], '25 × 10 × 0 cm'], [[0.0021, 0, 0], '2.1 × 0 × 0 mm'], [[0, 0, 0], '0 × 0 × 0 m'],
-  ])('%j metres', (metres, text) => expect(format_lengths(metres)).toBe(text));
+  ])('%j metres', (metres, text) => expect(broken(format_lengths(metres))).toBe(text));
+
+  it('keeps numbers and their units on one line', () => {
+    expect(format_seconds(185)).toBe('3\u00a0min 05\u00a0s');
+    expect(format_percent(0.5)).toBe('50\u00a0%');
+    expect(format_lengths([1, 2, 3])).toBe('1\u00a0×\u00a02\u00a0×\u00a03\u00a0m');
+  });
 });
 
 describe('progress_of', () => {
@@ -50,8 +59,8 @@ describe('error_notes', () => {
   const plan = { method: 'photon_map' as const, biased: true, uses_maps: true, items: [] };
 
   it('says what the error is made of where there is more than noise', () => {
-    expect(error_notes(a_job())).toEqual(['noise 24 %', 'bias 7.0 %']);
-    expect(error_notes(a_job({ bias: 0, stop: { ...rule, relative_error: 0.1 } }))).toEqual(['to 10 %']);
+    expect(error_notes(a_job()).map(broken)).toEqual(['noise 24 %', 'bias 7.0 %']);
+    expect(error_notes(a_job({ bias: 0, stop: { ...rule, relative_error: 0.1 } })).map(broken)).toEqual(['to 10 %']);
     expect(error_notes(a_job({ error: null, noise: null, bias: null }))).toEqual([]);
   });
 
