@@ -109,7 +109,9 @@ function with_scenes(state: State, scenes: Scene[]): State {
 
 function with_added_scene(state: State, report: SceneReport): State {
   const known = state.scenes.some((scene) => scene.id === report.id);
-  const scenes = known ? state.scenes : [...state.scenes, report];
+  const scenes = known
+    ? state.scenes.map((scene) => (scene.id === report.id ? report : scene))
+    : [...state.scenes, report];
   return { ...state, scenes, scene: report.id, reports: { ...state.reports, [report.id]: report } };
 }
 

@@ -92,6 +92,13 @@ describe('scenes', () => {
     expect(other).toMatchObject({ scene: 'a', scenes: [{ id: 'a' }] });
   });
 
+  it('takes the name of the file that was uploaded last', () => {
+    const report = { ...parse_report(scene_message(), ''), ...a_scene('c', 'mine.glb'), sample: false };
+    const listed = after(kInitialState, { type: 'scenes', scenes: [a_scene('c', ''), a_scene('d', '')] });
+    const state = after(listed, { type: 'scene_added', report });
+    expect(state.scenes.map(({ id, name }) => [id, name])).toEqual([['c', 'mine.glb'], ['d', '']]);
+  });
+
   it('remembers the file name of an upload, which the server does not', () => {
     const report = { ...parse_report(scene_message(), ''), ...a_scene('c', 'mine.glb') };
     const state = after(kInitialState, { type: 'scene_added', report }, { type: 'scenes', scenes: [a_scene('c', '')] });
