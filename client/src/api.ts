@@ -133,7 +133,8 @@ function unreadable(path: string, error: unknown): Problem {
   return { title: '', detail: `The server's answer to ${path} is not understood: ${error.message}.`, pointer: '' };
 }
 
-function sentence(words: string): string {
+/** With a capital at its start and a mark at its end. */
+export function sentence(words: string): string {
   const start = words.charAt(0).toUpperCase() + words.slice(1);
   return /[.!?]$/.test(start) ? start : `${start}.`;
 }

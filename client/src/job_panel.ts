@@ -1,10 +1,10 @@
-import { frame_url } from './api';
+import { frame_url, sentence } from './api';
 import { draw_chart } from './chart';
 import { by_id, make, set_children, set_text } from './dom';
 import { format_count, format_percent, format_seconds } from './format';
-import { save_with_key } from './key_dialog';
+import { save_with_key, type Notice } from './key_dialog';
 import { kMethodNames, kStateNames, job_title } from './names';
-import { scene_name, watched_job, type State } from './state';
+import { watched_job, type State } from './state';
 import { is_terminal, type Job, type JobRequest, type JobState, type Plan } from './wire';
 
 /** What one can do to a job, and in which states. */
@@ -50,10 +50,7 @@ export class JobPanel {
   private readonly announce = by_id('announce', HTMLElement);
   private charted = '';
 
-  /** `on_failure` is told, in words, of a download that brought nothing. */
-  constructor(
-    on_action: (job: string, action: JobAction) => void, private readonly on_failure: (words: string) => void,
-  ) {
+  constructor(on_action: (job: string, action: JobAction) => void, private readonly on_notice: Notice) {
     for (const { action, button } of this.actions) {
       button.addEventListener('click', () => {
         const id = this.root.dataset['job'];
@@ -79,7 +76,7 @@ export class JobPanel {
     render_progress(this.progress, job);
     render_failure(job);
     render_numbers(job);
-    render_downloads(job, scene_name(state, job.scene), this.on_failure);
+    render_downloads(job, job_title(state, job), this.on_notice);
     render_plan(job.plan);
     this.render_chart(state, job);
   }
@@ -109,7 +106,7 @@ function render_progress(bar: HTMLProgressElement, job: Job): void {
 function render_failure(job: Job): void {
   const failure = by_id('failure', HTMLElement);
   failure.hidden = job.state !== 'failed';
-  set_text(failure, job.failure ?? 'The job failed.');
+  set_text(failure, sentence(job.failure ?? 'the job failed'));
 }
 
 function render_numbers(job: Job): void {
@@ -144,14 +141,14 @@ function number(id: string, value: string, beside: string | number | null): void
   set_children(element, `${value} ${beside ?? ''}`, () => (beside ? [new Text(`${value} `), make('small', {}, String(beside))] : [new Text(value)]));
 }
 
-function render_downloads(job: Job, scene: string, on_failure: (words: string) => void): void {
+function render_downloads(job: Job, title: string, on_notice: Notice): void {
   for (const format of ['png', 'exr'] as const) {
     const link = by_id(`download-${format}`, HTMLAnchorElement);
     link.hidden = job.revision === 0;
     link.setAttribute('href', frame_url(job.id, 'latest', format));
     link.setAttribute('aria-label', `Download ${format.toUpperCase()}`);
-    link.onclick = (event) => save_with_key(event, on_failure);
-    link.download = `${file_stem(scene)}-${job.id}.${format}`;
+    link.onclick = (event) => save_with_key(event, on_notice);
+    link.download = `${file_stem(title)}-${job.id}.${format}`;
   }
 }
 

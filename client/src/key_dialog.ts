@@ -19,20 +19,21 @@ export function set_up_key(): void {
   });
 }
 
-/**
- * Links carry no key: where there is one, the file is fetched with it and saved from memory. `on_failure` is told, in
- * words, why it was not.
- */
-export function save_with_key(event: MouseEvent, on_failure: (words: string) => void): void {
+/** Takes a sentence about what went wrong; null: what it was about is tried again. */
+export type Notice = (words: string | null) => void;
+
+/** Links carry no key: where there is one, the file is fetched with it and saved from memory. */
+export function save_with_key(event: MouseEvent, on_notice: Notice): void {
   const link = event.currentTarget;
   if (!has_key() || !(link instanceof HTMLAnchorElement)) return;
   event.preventDefault();
-  void save(link.href, link.download, on_failure);
+  void save(link.href, link.download, on_notice);
 }
 
-async function save(url: string, name: string, on_failure: (words: string) => void): Promise<void> {
+async function save(url: string, name: string, on_notice: Notice): Promise<void> {
+  on_notice(null);
   const file = await fetch_file(url);
-  if (!file.ok) return on_failure(`${name}: ${describe(file.failure)}`);
+  if (!file.ok) return on_notice(`${name}: ${describe(file.failure)}`);
   const saved = document.createElement('a');
   saved.href = URL.createObjectURL(file.value);
   saved.download = name;

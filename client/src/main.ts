@@ -153,10 +153,16 @@ async function submit(request: JobRequest): Promise<void> {
 async function act(id: string, action: JobAction): Promise<void> {
   const job = find_job(state, id);
   if (!job) return;
+  dispatch({ type: 'notice', text: null });
   const answer = await (action === 'extend' ? api.extend(id, further(job)) : api.act(id, action));
   if (answer.ok) dispatch({ type: 'job', job: answer.value });
-  else if (answer.failure.kind === 'problem' && answer.failure.status === 409) await load_job(id); // it has moved on
+  else if (has_moved_on(answer.failure)) await load_job(id);
   else dispatch({ type: 'notice', text: describe(answer.failure) });
+}
+
+/** The job is in another state than is shown, or gone. */
+function has_moved_on(failure: Failure): boolean {
+  return failure.kind === 'problem' && (failure.status === 409 || failure.status === 404);
 }
 
 function watch_hash(): void {

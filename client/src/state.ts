@@ -52,7 +52,7 @@ export type Action =
 /** The state after `action`. What is older than what is known never replaces it. */
 export function reduce(state: State, action: Action): State {
   switch (action.type) {
-    case 'server': return { ...state, server: action.server };
+    case 'server': return with_server(state, action.server);
     case 'info': return { ...state, info: action.info };
     case 'scenes': return with_scenes(state, action.scenes);
     case 'scene_chosen': return { ...state, scene: action.scene };
@@ -69,6 +69,11 @@ export function reduce(state: State, action: Action): State {
     case 'job_missing': return without_job(state, action.job);
     case 'notice': return { ...state, notice: action.text };
   }
+}
+
+/** Whenever the server is there (again) everything is fetched anew, and what goes wrong then is said anew. */
+function with_server(state: State, server: State['server']): State {
+  return { ...state, server, notice: server === 'online' ? null : state.notice };
 }
 
 export function watched_job(state: State): Job | null {

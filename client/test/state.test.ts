@@ -108,6 +108,14 @@ describe('scenes', () => {
   });
 });
 
+describe('the notice', () => {
+  it('goes when the server is there again, from where everything is fetched anew', () => {
+    const state = after(kInitialState, { type: 'notice', text: 'The server does not answer.' });
+    expect(after(state, { type: 'server', server: 'away' }).notice).toBe('The server does not answer.');
+    expect(after(state, { type: 'server', server: 'online' }).notice).toBeNull();
+  });
+});
+
 describe('environments', () => {
   const sky = { id: 'cd'.repeat(32), name: 'sky.hdr', width: 8, height: 4 };
   const listed = { ...sky, name: '' };

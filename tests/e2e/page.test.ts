@@ -234,6 +234,16 @@ describe('what goes wrong', () => {
     await page.getByText('The server does not know this job').waitFor();
   });
 
+  it('is said of a job that was deleted meanwhile', async () => {
+    expected_errors = [/status of 404/];
+    const job = await start_job(page, { width: 32, height: 32, passes: 2 });
+    await wait_for_state(page, 'succeeded');
+    await fetch(`${photond.url}v1/jobs/${job}`, { method: 'DELETE' });
+    await page.click('#extend');
+    await page.getByText('The server does not know this job').waitFor();
+    expect(await page.locator('#job').isVisible()).toBe(false);
+  });
+
   it('is said of a server that is away, until it is back', async () => {
     expected_errors = [/net::ERR_|status of 404/];  // which net error depends on what was under way when it went
     const own = await start_photond();
@@ -241,13 +251,17 @@ describe('what goes wrong', () => {
     await page.locator('#server[data-server="online"]').waitFor();
     const job = await start_job(page, { width: 32, height: 32, passes: 2 });
     await shown_where(page, (picture) => picture.job === job);
+    await wait_for_state(page, 'succeeded');
     await own.stop();
     await page.getByText('No connection to the server').waitFor();
+    await page.click('#extend');
+    await page.locator('#notice', { hasText: 'The server does not answer.' }).waitFor();
     await page.click('#start');
-    await page.getByText('The server does not answer.').waitFor();
+    await page.locator('#form-error', { hasText: 'The server does not answer.' }).waitFor();
     const again = await start_photond(own.port);
     try {
       await page.locator('#server[data-server="online"]').waitFor({ timeout: 15_000 });
+      await page.locator('#notice').waitFor({ state: 'hidden' });
       await page.getByText('The server does not know this job').waitFor(); // the new process has an empty memory
     } finally {
       await page.goto('about:blank');
