@@ -1,8 +1,10 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #ifdef __SSE2__
 #include <immintrin.h>
@@ -41,6 +43,23 @@ struct Vec3x8 {
 
 [[gnu::always_inline]] inline Float8 abs8(const Float8& v) {
   return reinterpret_cast<Float8>(reinterpret_cast<Mask8>(v) & 0x7fffffff);
+}
+
+/// Of eight that are not negative.
+[[gnu::always_inline]] inline Float8 sqrt8(const Float8& v) {
+#ifdef __AVX__
+  return _mm256_sqrt_ps(v);
+#else
+  Float8 root;
+  for (std::uint32_t k = 0; k < 8; ++k) root[k] = std::sqrt(v[k]);
+  return root;
+#endif
+}
+
+/// With the signs of others.
+[[gnu::always_inline]] inline Float8 copysign8(const Float8& v, const Float8& sign) {
+  constexpr std::int32_t kSign = std::numeric_limits<std::int32_t>::min();
+  return reinterpret_cast<Float8>((reinterpret_cast<Mask8>(v) & ~kSign) | (reinterpret_cast<Mask8>(sign) & kSign));
 }
 
 /// table[index], eight times.
@@ -114,10 +133,16 @@ struct Vec3x8 {
 [[gnu::always_inline]] inline Vec3x8 operator+(const Vec3x8& a, const Vec3x8& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
+[[gnu::always_inline]] inline Vec3x8 operator+(const Vec3x8& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 [[gnu::always_inline]] inline Vec3x8 cross(const Vec3x8& a, const Vec3x8& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 [[gnu::always_inline]] inline Vec3x8 operator*(const Vec3x8& a, const Float8& b) { return {a.x * b, a.y * b, a.z * b}; }
+[[gnu::always_inline]] inline Vec3x8 operator*(const Vec3x8& a, const Vec3x8& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+[[gnu::always_inline]] inline Vec3x8 operator*(const Vec3& a, const Float8& b) { return {a.x * b, a.y * b, a.z * b}; }
+[[gnu::always_inline]] inline Vec3x8 choose8(const Mask8& mask, const Vec3x8& a, const Vec3x8& b) {
+  return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
+}
 [[gnu::always_inline]] inline Float8 dot(const Vec3x8& a, const Vec3x8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 [[gnu::always_inline]] inline Float8 dot(const Vec3& a, const Vec3x8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 

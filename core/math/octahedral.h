@@ -30,6 +30,17 @@ inline Vec3 octahedral_vector(std::uint32_t bits) {
   return w;
 }
 inline Vec3 decode_direction(std::uint32_t bits) { return glm::normalize(octahedral_vector(bits)); }
+/// Of eight.
+[[gnu::always_inline]] inline Vec3x8 decode_direction(const Bits8& bits) {
+  const auto value = [](const Bits8& v) __attribute__((always_inline)) {
+    return __builtin_convertvector(reinterpret_cast<Mask8>(v), Float8) * (2 / 65535.0f) - 1;
+  };
+  const Float8 x = value(bits & 0xffff), y = value(bits >> 16);
+  const Float8 z = 1 - abs8(x) - abs8(y);
+  const Float8 fold = max8(-z, Float8{});
+  const Vec3x8 w{x - copysign8(fold, x), y - copysign8(fold, y), z};
+  return w * (1 / sqrt8(dot(w, w)));
+}
 
 /// A unit vector in three times ten bits: for tests of orientation only; error below .1°.
 inline std::uint32_t encode_normal(const Vec3& n) {

@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "core/math/float8.h"
+#include "core/trace/bsdf8.h"
 
 namespace photond {
 
@@ -117,6 +118,25 @@ struct Sums {
   return 1 / (1 + per_etendue * load8(etendues.data()));
 }
 
+// The same at a surface of any kind, of the photons that count.
+Float8 shares(const Merge& merge, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask, const PhotonMap& map,
+              std::uint32_t leaf, const Mask8& counting) {
+  Float8 shares{};
+  for (std::uint32_t left = bits8(counting); left != 0; left &= left - 1) {
+    const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
+    const Vec3 wi = decode_direction(map.leaf(leaf).direction[i]);
+    shares[i] = 1 / (1 + merge.ratio(surface, bsdf, mask, wi, map.etendues(leaf)[i]));
+  }
+  return shares;
+}
+
+// Flux arrives per area of the true surface, the BSDF expects it per area of the shaded one [Veach 1997, §5.3].
+[[gnu::always_inline]] inline Float8 normal_factors(const SurfacePoint& surface, const Vec3x8& wi) {
+  const Float8 along = dot(surface.ng, wi);
+  const Float8 factors = min8(abs8(dot(surface.ns, wi)) / along, Float8{} + kMaxNormalFactor);
+  return along > 0 ? factors : Float8{};   // a neighbouring facet's, from behind this one
+}
+
 // Sums values(leaf, t) over the leaves where any photon counts.
 template <class Values>
 [[gnu::always_inline]] inline Sums sum_leaves(const PhotonMap& map, const Kernels& kernels, const Values& values) {
@@ -148,21 +168,14 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
     sum_leaves(map, kernels, arriving).add_to(sum, scale * bsdf.eval(surface.ns, mask, Transport::radiance));
     return;
   }
+  const Bsdf8 gathered(bsdf, mask);
   const auto reflected = [&](std::uint32_t leaf_index, const Float8& t) __attribute__((always_inline)) {
     const PhotonLeaf& leaf = map.leaf(leaf_index);
-    std::array<Lanes<float>, 3> value{};
-    for (std::uint32_t counting = bits8(t < 1); counting != 0; counting &= counting - 1) {
-      const auto i = static_cast<std::uint32_t>(std::countr_zero(counting));
-      const Vec3 wi = decode_direction(leaf.direction[i]);
-      if (!(glm::dot(wi, surface.ng) > 0)) continue;   // a neighbouring facet's, from behind this one
-      const Rgb f = bsdf.eval(wi, mask, Transport::radiance);
-      // Flux arrives per area of the true surface, the BSDF expects it per area of the shaded one [Veach 1997, §5.3].
-      const float cosines = std::abs(glm::dot(wi, surface.ns)) / glm::dot(wi, surface.ng);
-      float factor = surface.smooth ? std::min(cosines, kMaxNormalFactor) : 1;
-      if (shared) factor /= 1 + merge.ratio(surface, bsdf, mask, wi, map.etendues(leaf_index)[i]);
-      for (int c = 0; c < 3; ++c) value[c][i] = factor * f[c] * decode_flux(leaf.flux[c][i]);
-    }
-    return Vec3x8{load8(value[0].data()), load8(value[1].data()), load8(value[2].data())};
+    const Vec3x8 wi = decode_direction(reinterpret_cast<Bits8>(load8(leaf.direction.data())));
+    Vec3x8 value = gathered.eval(wi) * fluxes(leaf);
+    if (surface.smooth) value = value * normal_factors(surface, wi);
+    if (shared) value = value * shares(merge, surface, bsdf, mask, map, leaf_index, t < 1);
+    return choose8(t < 1, value, Vec3x8{});
   };
   sum_leaves(map, kernels, reflected).add_to(sum, scale);
 }

@@ -127,15 +127,14 @@ void Bsdf::set_layer(const Rgb& f0, float f90) {
 }
 
 float Bsdf::layer_scale(float cos_i) const {
-  if (layer_f0_ == 0 && layer_f90_ == 0) return 1;
+  if (!layered()) return 1;
   const LayerAlbedo e = layer_albedo(cos_i, alpha_);
   return std::max(0.0f, 1 - (layer_f0_ * e.a + layer_f90_ * e.b));
 }
 
 void Bsdf::set_selection() {
   if ((lobes_ & kDiffuseLobe) != 0) {
-    const float through = layer_f90_ > 0 || layer_f0_ > 0 ? layer_scale(wo_.z) : 1;
-    select_[0] = mean(diffuse_) * through;
+    select_[0] = mean(diffuse_) * layer_scale(wo_.z);
   }
   if ((lobes_ & kReflectionLobe) != 0) {
     select_[1] = mean(reflection_fresnel(wo_.z));

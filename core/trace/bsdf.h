@@ -67,8 +67,11 @@ class Bsdf {
   std::optional<BsdfSample> sample(const Vec3& u, LobeMask mask, Transport transport) const;
 
  private:
+  friend class Bsdf8;
+
   void set_layer(const Rgb& f0, float f90);
   void set_selection();
+  bool layered() const { return layer_f0_ > 0 || layer_f90_ > 0; }
   float layer_scale(float cos_i) const;
   float selection(LobeMask lobe, LobeMask mask) const;
   bool above(const Vec3& wi) const;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/math/float8.h"
+
 namespace photond {
 
 /// How much a GGX reflection layer of Schlick reflectance takes from what lies below it: the layer's directional
@@ -12,6 +14,19 @@ struct LayerAlbedo {
 /// Directional albedo of the layer for the cosine of the viewing direction and GGX α; closed form where the layer
 /// is smooth, otherwise from a table by bilinear interpolation (the furnace test bounds its error).
 LayerAlbedo layer_albedo(float cos_o, float alpha);
+/// 1 − E for eight cosines of a layer of one reflectance and roughness, which is taken from the same table once.
+class LayerTransmission {
+ public:
+  LayerTransmission(float f0, float f90, float alpha);
+  Float8 operator()(const Float8& cosine) const;
+
+ private:
+  static constexpr int kNodes = 32;
+  float f0_, f90_;
+  bool smooth_;
+  alignas(32) float nodes_[kNodes];   // unless smooth
+};
+
 /// Its cosine-weighted mean over the hemisphere.
 LayerAlbedo layer_albedo_average(float alpha);
 

@@ -47,7 +47,11 @@ TEST(Float8, ReducesAllEight) {
     for (std::uint32_t k = 0; k < 8; ++k) negative |= (values[k] < 0 ? 1u : 0u) << k;
     EXPECT_EQ(bits8(v < 0), negative);
     EXPECT_EQ(any8(v < 0), negative != 0);
-    for (std::uint32_t k = 0; k < 8; ++k) EXPECT_EQ(abs8(v)[k], std::abs(values[k]));
+    for (std::uint32_t k = 0; k < 8; ++k) {
+      EXPECT_EQ(abs8(v)[k], std::abs(values[k]));
+      EXPECT_EQ(sqrt8(abs8(v))[k], std::sqrt(std::abs(values[k])));
+      EXPECT_EQ(copysign8(abs8(v), -v)[k], -values[k]);
+    }
   }
 }
 
@@ -63,16 +67,20 @@ TEST(Float8, LooksUpInATable) {
 TEST(Float8, DecodesAsOneAfterTheOther) {
   Rng rng(2, RngPurpose::pilot, 0, 0);
   for (int round = 0; round < 100; ++round) {
-    std::array<std::uint32_t, 8> normals;
+    std::array<std::uint32_t, 8> normals, directions;
     std::array<std::uint16_t, 8> fluxes;
     for (std::uint32_t k = 0; k < 8; ++k) {
-      normals[k] = encode_normal(glm::normalize(Vec3(rng.next() - 0.5f, rng.next() - 0.5f, rng.next() - 0.5f)));
+      const Vec3 unit = glm::normalize(Vec3(rng.next() - 0.5f, rng.next() - 0.5f, rng.next() - 0.5f));
+      normals[k] = encode_normal(unit);
+      directions[k] = encode_direction(unit);
       fluxes[k] = nearest_flux(Rgb(std::exp2(60 * rng.next() - 30)))[0];
     }
     const Vec3x8 normal = decode_normal(reinterpret_cast<Bits8>(load8(normals.data())));
+    const Vec3x8 direction = decode_direction(reinterpret_cast<Bits8>(load8(directions.data())));
     const Float8 flux = decode_flux(fluxes);
     for (std::uint32_t k = 0; k < 8; ++k) {
       EXPECT_EQ(Vec3(normal.x[k], normal.y[k], normal.z[k]), decode_normal(normals[k]));
+      EXPECT_LT(glm::distance(Vec3(direction.x[k], direction.y[k], direction.z[k]), decode_direction(directions[k])), 3e-7f);
       EXPECT_EQ(flux[k], decode_flux(fluxes[k]));
     }
   }

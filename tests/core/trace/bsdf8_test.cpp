@@ -1,0 +1,79 @@
+#include "core/trace/bsdf8.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/scenes.h"
+
+namespace photond {
+namespace {
+
+struct Case {
+  const char* name;
+  float metallic, roughness, specular, transmission;
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+Material material(const Case& c) {
+  Material m;
+  m.base_color = {0.9f, 0.6f, 0.3f};
+  m.metallic = c.metallic;
+  m.roughness = c.roughness;
+  m.specular = c.specular;
+  m.specular_color = {0.9f, 0.7f, 1.0f};
+  m.transmission = c.transmission;
+  return m;
+}
+
+Vec3 random_direction(Rng& rng) {
+  for (;;) {
+    const Vec3 w = 2.0f * Vec3(rng.next(), rng.next(), rng.next()) - Vec3(1);
+    if (glm::dot(w, w) <= 1 && glm::dot(w, w) > 0) return glm::normalize(w);
+  }
+}
+
+class EightDirections : public testing::TestWithParam<Case> {};
+
+// On shading normals of every slant, for the lobes together and one by one.
+TEST_P(EightDirections, AreEvaluatedAsOneAfterTheOther) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                 test::add_material(scene, material(GetParam())));
+  SurfacePoint surface{};
+  surface.mesh = &scene.meshes[0];
+  surface.material = &scene.materials[0];
+  Rng rng(3, RngPurpose::pilot, 0, 0);
+  int lit = 0;
+  for (int round = 0; round < 2000; ++round) {
+    surface.ng = {0, 0, 1};
+    Vec3 wo = random_direction(rng);
+    wo.z = std::abs(wo.z);
+    surface.ns = shading_normal(glm::normalize(surface.ng + 0.5f * random_direction(rng)), surface.ng, wo);
+    const Bsdf bsdf(scene, surface, wo);
+    Vec3x8 eight{};
+    Vec3 wi[8];
+    for (int k = 0; k < 8; ++k) {
+      wi[k] = random_direction(rng);
+      eight.x[k] = wi[k].x, eight.y[k] = wi[k].y, eight.z[k] = wi[k].z;
+    }
+    for (const LobeMask mask : {kDiffuseLobe, kReflectionLobe, LobeMask{kDiffuseLobe | kReflectionLobe}}) {
+      const Vec3x8 found = Bsdf8(bsdf, mask).eval(eight);
+      for (int k = 0; k < 8; ++k) {
+        const Rgb expected = bsdf.eval(wi[k], mask, Transport::radiance);
+        const Rgb f(found.x[k], found.y[k], found.z[k]);
+        lit += expected.x > 0;
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(f[c], expected[c], 1e-4f * expected[c] + 1e-6f) << round << " " << int{mask};
+      }
+    }
+  }
+  EXPECT_GT(lit, GetParam().roughness > 0 || GetParam().metallic < 1 ? 5000 : -1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Materials, EightDirections,
+                         testing::Values(Case{"lambert", 0, 1, 0, 0}, Case{"plastic", 0, 0.5f, 1, 0},
+                                         Case{"rough plastic", 0, 1, 1, 0}, Case{"varnish", 0, 0, 1, 0},
+                                         Case{"metal", 1, 0.6f, 1, 0}, Case{"mirror", 1, 0, 1, 0},
+                                         Case{"mixed", 0.3f, 0.7f, 0.8f, 0.4f}));
+
+}  // namespace
+}  // namespace photond
