@@ -11,7 +11,7 @@
 
 namespace photond {
 
-/// A non-negative float in 16 bits: eight of exponent and eight of mantissa, so the whole range at 1/256 relative
+/// A non-negative float (−0 is 0) in 16 bits: eight of exponent and eight of mantissa, so the whole range at 1/256 relative
 /// step. A channel does not lose by the size of its neighbours, as it would under a shared exponent.
 inline float decode_flux(std::uint16_t bits) { return std::bit_cast<float>(static_cast<std::uint32_t>(bits) << 15); }
 /// Of eight.
@@ -25,7 +25,7 @@ inline float decode_flux(std::uint16_t bits) { return std::bit_cast<float>(stati
 /// One of the two neighbours of `value`, the upper one with probability in proportion to the distance from the lower
 /// one when `random`'s low 15 bits are uniform: the mean is exactly `value`. Saturates at the largest finite float.
 inline std::uint16_t encode_flux(float value, std::uint32_t random) {
-  const std::uint32_t bits = std::min(std::bit_cast<std::uint32_t>(value), 0x7f7f8000u);
+  const std::uint32_t bits = std::min(std::bit_cast<std::uint32_t>(value) & 0x7fffffffu, 0x7f7f8000u);
   return static_cast<std::uint16_t>((bits + (random & 0x7fff)) >> 15);
 }
 

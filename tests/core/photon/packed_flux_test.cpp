@@ -14,7 +14,7 @@ namespace {
 // the comparison.
 TEST(PackedFlux, MeanOfTheRoundedIsTheValue) {
   Rng rng(21, RngPurpose::pilot, 0, 0);
-  std::vector<float> values{0, 1, 1e-3f, 1e-12f, 1e12f, 0x1.fffffep0f, 0x1.fffffep-127f, 3e-45f, 2e-39f};
+  std::vector<float> values{0, -0.0f, 1, 1e-3f, 1e-12f, 1e12f, 0x1.fffffep0f, 0x1.fffffep-127f, 3e-45f, 2e-39f};
   for (int i = 0; i < 50; ++i) values.push_back(std::exp2(80 * rng.next() - 40));
   for (const float value : values) {
     double sum = 0;
