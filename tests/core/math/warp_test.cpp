@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "core/math/alias_table.h"
 #include "core/math/frame.h"
 #include "core/math/octahedral.h"
@@ -70,27 +72,34 @@ TEST(Warp, TriangleIsUniform) {
             kSignificance);
 }
 
-TEST(AliasTable, DrawsItsProbabilities) {
-  const std::vector<double> weights{1, 0, 3, 0.25, 10, 5e-3, 2};
+// By all numbers that there are.
+void expect_drawn_as_told(const std::vector<double>& weights) {
   const AliasTable table(weights);
-  constexpr int kSamples = 1'000'000;
-  std::vector<double> observed(weights.size(), 0);
-  std::vector<double> expected(weights.size(), 0);
-  double sum = 0;
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    expected[i] = table.pdf(i) * kSamples;
-    sum += table.pdf(i);
-    EXPECT_NEAR(table.pdf(i), weights[i] / 16.255, 1e-6);
+  constexpr std::uint32_t kNumbers = 1 << 24;
+  std::vector<std::uint32_t> drawn(weights.size(), 0);
+  for (std::uint32_t i = 0; i < kNumbers; ++i) {
+    const std::uint32_t index = table.sample(static_cast<float>(i) * 0x1p-24f);
+    ASSERT_LT(index, weights.size());
+    ++drawn[index];
   }
-  EXPECT_NEAR(sum, 1, 1e-6);
-  Rng rng(4, RngPurpose::pilot, 0, 0);
-  for (int i = 0; i < kSamples; ++i) ++observed[table.sample(rng.next())];
-  EXPECT_EQ(observed[1], 0);
-  double chi2 = 0;
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const auto n = static_cast<double>(weights.size());
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    if (expected[i] > 0) chi2 += (observed[i] - expected[i]) * (observed[i] - expected[i]) / expected[i];
+    ASSERT_EQ(static_cast<double>(table.pdf(i)), static_cast<float>(drawn[i] * 0x1p-24)) << i;
+    ASSERT_EQ(table.pdf(i) > 0, weights[i] > 0) << i;
+    ASSERT_NEAR(static_cast<double>(table.pdf(i)), weights[i] / sum, weights[i] > sum / n ? n * 0x1p-24 : 0x1p-24) << i;
   }
-  EXPECT_LT(chi2, 27.9);  // five degrees of freedom (six of seven weights are positive), p = 4·10⁻⁵
+}
+
+TEST(AliasTable, DrawsItsProbabilities) { expect_drawn_as_told({1, 0, 3, 0.25, 10, 5e-3, 2}); }
+
+TEST(AliasTable, DrawsOneOfOne) { expect_drawn_as_told({3}); }
+
+// So many that a number has few steps for each: one that shines and others that hardly do.
+TEST(AliasTable, DrawsOneOfVeryMany) {
+  std::vector<double> weights(300'000, 0.05 / 300'000);
+  weights[77] = 0.95;
+  expect_drawn_as_told(weights);
 }
 
 TEST(Rng, IsUniformAndItsStreamsDiffer) {
