@@ -68,9 +68,15 @@ bool is_dominated(const Film& film, std::size_t pixel, const glm::dvec3& mean, s
 }  // namespace
 
 double t_quantile(double degrees, double z) {
+  if (degrees < 3 && degrees != std::floor(degrees)) {
+    const double below = std::floor(degrees), above = below + 1;
+    const auto place = [](double d) { return 1 / (d * std::sqrt(d)); };   // the logarithm is nearly linear in this
+    const double share = (place(degrees) - place(above)) / (place(below) - place(above));
+    return std::pow(t_quantile(below, z), share) * std::pow(t_quantile(above, z), 1 - share);
+  }
   const double p = 0.5 * std::erfc(-z / std::numbers::sqrt2);
-  if (degrees < 1.5) return std::tan(std::numbers::pi * (p - 0.5));
-  if (degrees < 2.5) return (2 * p - 1) / std::sqrt(2 * p * (1 - p));
+  if (degrees == 1) return std::tan(std::numbers::pi * (p - 0.5));
+  if (degrees == 2) return (2 * p - 1) / std::sqrt(2 * p * (1 - p));
   // Cornish-Fisher expansion about the normal quantile [Abramowitz and Stegun 1964, 26.7.5].
   const double z2 = z * z;
   const double g1 = z * (z2 + 1) / 4;

@@ -49,8 +49,8 @@ double error_bound(double bias, double deviation, double degrees);
 inline constexpr double kZ975 = 1.959963984540054;
 inline constexpr double kZ95 = 1.644853626951473;
 
-/// The quantile of Student's t with `degrees` ≥ 1 degrees of freedom that belongs to the normal quantile `z`, good to
-/// 0.2 % for the two above.
+/// The quantile of Student's t with `degrees` ≥ 1 degrees of freedom that belongs to the normal quantile `z`, for the
+/// two above good to 0.2 %, between 1 and 3 degrees to 2 %.
 double t_quantile(double degrees, double z = kZ975);
 
 }  // namespace photond

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <tuple>
 
 #include "core/film/reconstruct.h"
 #include "core/math/rng.h"
@@ -56,6 +57,12 @@ TEST(StudentT, QuantilesAreThoseOfTheTables) {
                                                  {7, 1.8946}, {15, 1.7531}, {30, 1.6973}, {1e9, 1.64485}};
   for (const auto& [degrees, quantile] : one_sided) {
     EXPECT_NEAR(t_quantile(degrees, kZ95), quantile, 0.002 * quantile) << degrees;
+  }
+  // Between whole degrees, by numerical integration of the density.
+  const std::tuple<double, double, double> broken[] = {{1.44, 6.3806, 3.8629}, {1.8, 4.7949, 3.1537}, {2.4, 3.6835, 2.6137}};
+  for (const auto& [degrees, two_sided, other] : broken) {
+    EXPECT_NEAR(t_quantile(degrees), two_sided, 0.02 * two_sided) << degrees;
+    EXPECT_NEAR(t_quantile(degrees, kZ95), other, 0.02 * other) << degrees;
   }
 }
 
