@@ -20,6 +20,11 @@ struct FlatPoint {
 
 inline float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
 
+/// Largest |coordinate| of a triangle.
+[[gnu::always_inline]] inline float vertex_extent(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return max_component(glm::max(glm::max(glm::abs(a), glm::abs(b)), glm::abs(c)));
+}
+
 /// Unit normal of a triangle with edges ab, ac, whatever their length; z where the triangle is degenerate.
 [[gnu::always_inline]] inline Vec3 unit_normal(const Vec3& ab, const Vec3& ac) {
   // Scaled to about 1: the squares would underflow for triangles of a micrometre.
@@ -35,7 +40,7 @@ inline float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
                                                    const Vec3& direction) {
   FlatPoint p;
   p.position = (1 - u - v) * a + u * b + v * c;
-  p.extent = max_component(glm::max(glm::max(glm::abs(a), glm::abs(b)), glm::abs(c)));
+  p.extent = vertex_extent(a, b, c);
   const Vec3 normal = unit_normal(b - a, c - a);
   p.side = std::copysign(1.0f, -glm::dot(normal, direction));  // from which side a ray comes no branch can predict
   p.ng = p.side * normal;

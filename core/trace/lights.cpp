@@ -19,13 +19,12 @@ double mean(const Rgb& c) { return (static_cast<double>(c.x) + c.y + c.z) / 3; }
 EmitterTriangle emitter_triangle(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
   const TriangleVertices world = triangle_vertices(scene, instance, triangle);
   EmitterTriangle emitter{world.a, world.b - world.a, world.c - world.a, {0, 0, 1}, 0, 0, 0, 0};
-  const Vec3 normal = glm::cross(emitter.ab, emitter.ac);
-  const float length = glm::length(normal);
-  if (length > 0) emitter.normal = normal / length;
-  emitter.area = 0.5f * length;
-  for (const Vec3& p : {world.a, world.b, world.c}) {
-    emitter.extent = std::max(emitter.extent, max_component(glm::abs(p)));
-  }
+  // In double: the squares of the areas of the largest triangles and of the smallest are no floats.
+  const glm::dvec3 normal = glm::cross(glm::dvec3(emitter.ab), glm::dvec3(emitter.ac));
+  const double length = glm::length(normal);
+  if (length > 0) emitter.normal = Vec3(normal / length);
+  emitter.area = static_cast<float>(0.5 * length);
+  emitter.extent = world.extent();
   emitter.material = scene.meshes[scene.instances[instance].mesh].material;
   return emitter;
 }

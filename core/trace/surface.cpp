@@ -84,10 +84,9 @@ TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, std::ui
   const Vec3& a = mesh.vertices[i.x].position;
   const Vec3& b = mesh.vertices[i.y].position;
   const Vec3& c = mesh.vertices[i.z].position;
-  if (!kAllFeatures || !placed.moved) return {a, b, c, false};
+  if (!kAllFeatures || !placed.moved) return {a, b, c};
   const Affine& m = placed.to_world;
-  TriangleVertices world{transform_point(m, a), transform_point(m, b), transform_point(m, c), false};
-  world.mirrored = is_mirrored(m);
+  TriangleVertices world{transform_point(m, a), transform_point(m, b), transform_point(m, c), is_mirrored(m), max_abs(m[3])};
   if (world.mirrored) std::swap(world.b, world.c);
   return world;
 }
@@ -113,7 +112,7 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
   const float c = world.mirrored ? hit.u : hit.v;
   const FlatPoint flat = flat_point(world.a, world.b, world.c, b, c, ray.direction);
   s.position = flat.position;
-  s.extent = flat.extent;
+  s.extent = std::max(flat.extent, world.moved);
   s.front = flat.side > 0;
   s.ng = s.ns = flat.ng;
   s.smooth = kAllFeatures && (!s.mesh->normals.empty() || s.material->normal_texture.used());

@@ -17,7 +17,8 @@ struct SurfacePoint {
   Vec3 position;
   Vec3 ng;                    ///< unit geometric normal on the side the ray came from
   Vec3 ns;                    ///< unit shading normal on the same side as ng
-  float extent;               ///< largest |coordinate| of the triangle: what floating point resolves here
+  float extent;               ///< largest |coordinate| that intersecting the triangle computes with: of its vertices,
+                              ///< and of the way it is moved from where its mesh lies
   float u;                    ///< barycentric, as in Hit
   float v;
   std::uint32_t instance;
@@ -34,6 +35,10 @@ struct SurfacePoint {
 struct TriangleVertices {
   Vec3 a, b, c;
   bool mirrored = false;      ///< b and c are exchanged
+  float moved = 0;            ///< largest |coordinate| of the way that the triangle is moved
+
+  /// As SurfacePoint::extent.
+  float extent() const { return std::max(vertex_extent(a, b, c), moved); }
 };
 TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, std::uint32_t triangle);
 

@@ -113,6 +113,37 @@ TEST(Surface, SpawnedRaysDoNotHitTheirOwnSurface) {
   }
 }
 
+// Nor where a mesh lies far from where its instances are: the intersection computes with both places.
+TEST(Surface, SpawnedRaysDoNotHitInstancesMovedFar) {
+  for (const float shift : {100.0f, 10'000.0f}) {
+    Scene scene = test::empty_scene();
+    const Vec3 away(shift, 0.7f * shift, 0);
+    test::add_mesh(scene, test::sphere(away, 1), test::add_material(scene, test::lambert(Rgb(0.5f))));
+    scene.instances[0].to_world[3] = -away;
+    scene.instances.push_back(scene.instances[0]);
+    scene.instances[1].to_world[3] += Vec3(3, 0, 0);
+    const auto prepared = test::prepared(std::move(scene));
+    ASSERT_TRUE(prepared->scene.instances[0].moved);
+    Rng rng(2, RngPurpose::pilot, 0, 0);
+    int again = 0, count = 0;
+    for (int i = 0; i < 20'000; ++i) {
+      const Vec3 center = prepared->scene.instances[0].to_world[3] + away;
+      const Vec3 origin = center + 1.4f * square_to_sphere(rng.next2());
+      const Vec3 local = square_to_cosine_hemisphere(rng.next2());
+      const Ray ray{origin, glm::normalize(center - origin)};
+      const Hit hit = prepared->accel.intersect(ray);
+      if (!hit.found()) continue;
+      ++count;
+      const SurfacePoint s = make_surface(prepared->scene, ray, hit);
+      Ray out = spawn_ray(s, Frame(s.ng).to_world(local));
+      out.t_max = 0.5f;   // less than to the neighbour
+      again += prepared->accel.occluded(out);
+    }
+    EXPECT_GT(count, 19'900);
+    EXPECT_EQ(again, 0) << "shift " << shift;
+  }
+}
+
 TEST(Surface, SingleSidedEmittersAreDarkFromBehind) {
   Scene scene = test::empty_scene();
   test::add_mesh(scene, test::parallelogram({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}),
@@ -126,7 +157,6 @@ TEST(Surface, SingleSidedEmittersAreDarkFromBehind) {
   }
 }
 
-// A mask of alpha .5: opaque at a cutoff of .4, absent at .6; a blend of .25 stops a quarter of random rays.
 // Whole and partly filled packets find what single rays find.
 TEST(Accel, PacketsMeetWhatSingleRaysMeet) {
   const auto room = test::busy_room();
@@ -159,6 +189,7 @@ TEST(Accel, PacketsMeetWhatSingleRaysMeet) {
   EXPECT_GT(hidden_rays, 100);
 }
 
+// A mask of alpha .5: opaque at a cutoff of .4, absent at .6; a blend of .25 stops a quarter of random rays.
 TEST(Accel, AlphaDecidesWhatIsHit) {
   const auto share = [](AlphaMode mode, float alpha, float cutoff) {
     Scene scene = test::empty_scene();
