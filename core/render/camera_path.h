@@ -60,9 +60,8 @@ Lobes divide(const Bsdf& bsdf, Technique technique);
 
 /// MIS weight of the technique of density `pdf` against one of density `other` [Veach 1997, §9.2].
 inline float power_heuristic(float pdf, float other) {
-  const float a = pdf * pdf;
-  const float b = other * other;
-  return a > 0 ? a / (a + b) : 0;
+  const float ratio = other / pdf;   // densities of tiny distant lights have no finite square
+  return choose(pdf > 0, 1 / (1 + ratio * ratio), 0);
 }
 
 }  // namespace photond

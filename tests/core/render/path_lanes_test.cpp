@@ -138,5 +138,14 @@ TEST(DirectLanes, SampleWhatLightsSampleOneByOne) {
   EXPECT_LT(triangles, static_cast<int>(kLanes)) << "point light and environment take their turns";
 }
 
+TEST(PowerHeuristic, BearsAnyDensities) {
+  EXPECT_FLOAT_EQ(power_heuristic(3, 4), 9.0f / 25);
+  EXPECT_EQ(power_heuristic(0, 4), 0);
+  EXPECT_EQ(power_heuristic(0, 0), 0);
+  EXPECT_FLOAT_EQ(power_heuristic(1e30f, 1e30f), 0.5f);
+  EXPECT_FLOAT_EQ(power_heuristic(1e-30f, 1e-30f), 0.5f);
+  EXPECT_EQ(power_heuristic(1e30f, 1e-30f), 1);
+}
+
 }  // namespace
 }  // namespace photond
