@@ -49,6 +49,10 @@ struct Material {
   float attenuation_distance = kInfinity;                ///< metres
 
   bool emissive() const { return !is_black(emission); }
+  /// Where it emits, every place does alike.
+  bool shines_evenly() const {
+    return !emission_texture.used() && (!kAllFeatures || alpha_mode == AlphaMode::opaque);
+  }
   /// A Lambert surface without a layer, whatever textures say.
   bool bare_diffuse() const { return metallic == 0 && specular == 0 && transmission == 0; }
 };

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/math/rng.h"
-#include "core/scene/texture.h"
+#include "core/trace/coverage.h"
 #include "core/trace/crossing_rays.h"
 #include "core/trace/embree_rays.h"
 #include "core/trace/few_triangles.h"
@@ -21,33 +21,9 @@ namespace {
 struct AlphaMesh {
   const Scene* scene;
   const Mesh* mesh;
-  const Material* material;
 };
 
-Vec2 interpolate_uv(const Mesh& mesh, const TextureSlot& slot, const glm::uvec3& triangle, float u, float v) {
-  const auto& uv = mesh.uv[slot.uv_set];
-  if (uv.empty()) return {0, 0};
-  const Vec2 st = (1 - u - v) * uv[triangle.x] + u * uv[triangle.y] + v * uv[triangle.z];
-  return slot.uv_transform * Vec3(st, 1);
-}
-
-// Coverage of the surface at a hit, in [0, 1].
-float alpha_at(const AlphaMesh& alpha, std::uint32_t primitive, float u, float v) {
-  const Mesh& mesh = *alpha.mesh;
-  const glm::uvec3 triangle = mesh.triangles[primitive];
-  float value = alpha.material->alpha;
-  if (!mesh.colors.empty()) {
-    value *= (1 - u - v) * mesh.colors[triangle.x].w + u * mesh.colors[triangle.y].w + v * mesh.colors[triangle.z].w;
-  }
-  const TextureSlot& slot = alpha.material->base_color_texture;
-  if (slot.used()) {
-    const Texture& texture = alpha.scene->textures[slot.texture];
-    value *= sample_texture(*alpha.scene, texture, interpolate_uv(mesh, slot, triangle, u, v)).w;
-  }
-  return value;
-}
-
-// Blended surfaces cover a fraction of the hits: the test is against a hash of the hit's own bits, which is
+// Surfaces that are not opaque cover a fraction of the hits: the test is against a hash of the hit's own bits, which is
 // uniform over random rays and needs no state, so that results depend on nothing but the ray.
 float hash_threshold(std::uint32_t primitive, float u, float v) {
   const std::uint64_t bits = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(u)) << 32 |
@@ -62,12 +38,8 @@ void reject_transparent(const RTCFilterFunctionNArguments* args) {
     const std::uint32_t primitive = RTCHitN_primID(args->hit, args->N, i);
     const float u = RTCHitN_u(args->hit, args->N, i);
     const float v = RTCHitN_v(args->hit, args->N, i);
-    const float threshold = alpha.material->alpha_mode == AlphaMode::mask ? alpha.material->alpha_cutoff
-                                                                          : hash_threshold(primitive, u, v);
-    const float value = alpha_at(alpha, primitive, u, v);
-    // glTF: a mask shows where alpha ≥ cutoff; a blend of alpha 0 must never show.
-    const bool shown = alpha.material->alpha_mode == AlphaMode::mask ? value >= threshold : value > threshold;
-    if (!shown) args->valid[i] = 0;
+    const float covered = coverage(*alpha.scene, *alpha.mesh, primitive, u, v);
+    if (!(covered > hash_threshold(primitive, u, v))) args->valid[i] = 0;
   }
 }
 
@@ -141,9 +113,8 @@ RTCGeometry Accel::State::triangles(const Scene& scene, const Mesh& mesh) {
                              sizeof(Vertex), mesh.vertices.size());
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                              sizeof(glm::uvec3), mesh.triangles.size());
-  const Material& material = scene.materials[mesh.material];
-  if (material.alpha_mode != AlphaMode::opaque) {
-    alpha_meshes.push_back({&scene, &mesh, &material});
+  if (scene.materials[mesh.material].alpha_mode != AlphaMode::opaque) {
+    alpha_meshes.push_back({&scene, &mesh});
     rtcSetGeometryUserData(geometry, &alpha_meshes.back());
     rtcSetGeometryIntersectFilterFunction(geometry, reject_transparent);
     rtcSetGeometryOccludedFilterFunction(geometry, reject_transparent);

@@ -6,6 +6,7 @@
 #include "core/math/transform.h"
 #include "core/math/warp.h"
 #include "core/trace/casters.h"
+#include "core/trace/coverage.h"
 
 namespace photond {
 
@@ -90,7 +91,7 @@ void Lights::add_triangles(const Scene& scene, std::uint32_t instance) {
   }
 }
 
-[[gnu::noinline, gnu::cold]] Rgb Lights::emission_texel(const Scene& scene, std::uint32_t index, const Vec2& uv) const {
+[[gnu::noinline, gnu::cold]] Rgb Lights::emission_share(const Scene& scene, std::uint32_t index, const Vec2& uv) const {
   const Light& light = lights_[index];
   const Instance& placed = scene.instances[light.instance];
   const bool mirrored = placed.moved && is_mirrored(placed.to_world);
@@ -99,15 +100,16 @@ void Lights::add_triangles(const Scene& scene, std::uint32_t instance) {
   s.vertices = s.mesh->triangles[light.index];
   s.u = mirrored ? uv.y : uv.x;
   s.v = mirrored ? uv.x : uv.y;
-  return Rgb(lookup(scene, scene.materials[emitters_[index].material].emission_texture, s));
+  const TextureSlot& texture = scene.materials[emitters_[index].material].emission_texture;
+  return (texture.used() ? Rgb(lookup(scene, texture, s)) : Rgb(1)) * coverage(scene, *s.mesh, light.index, s.u, s.v);
 }
 
 double Lights::triangle_power(const Scene& scene, std::uint32_t light) const {
   const Material& material = scene.materials[emitters_[light].material];
   const double sides = material.double_sided ? 2 : 1;
   double radiance = mean(material.emission);
-  if (material.emission_texture.used()) {
-    // A stratified look at the texture: a choice probability may be rough, and the floor covers what it misses.
+  if (!material.shines_evenly()) {
+    // A stratified look at the textures: a choice probability may be rough, and the floor covers what it misses.
     static constexpr int kSide = 4;
     radiance = 0;
     for (int i = 0; i < kSide * kSide; ++i) {

@@ -117,7 +117,7 @@ class Lights {
 
   bool empty() const { return lights_.empty(); }
   std::size_t size() const { return lights_.size(); }
-  /// Sum of the lights' power in W, mean over RGB; exact but for textured emitters (sampled) and environment
+  /// Sum of the lights' power in W, mean over RGB; exact but for emitters of textures or alpha (sampled) and environment
   /// maps (means of four texels).
   double total_power() const { return total_power_; }
 
@@ -182,8 +182,9 @@ class Lights {
 
   void add(const Light& light, double power);
   void add_triangles(const Scene& scene, std::uint32_t instance);
-  // What the emission texture says of a point of an emissive triangle, and the radiance that leaves it on its front or back.
-  Rgb emission_texel(const Scene& scene, std::uint32_t index, const Vec2& uv) const;
+  // What texture and alpha leave of the emission at a point of an emissive triangle, and the radiance that leaves it on
+  // its front or back.
+  Rgb emission_share(const Scene& scene, std::uint32_t index, const Vec2& uv) const;
   Rgb emitted(const Scene& scene, std::uint32_t index, const Vec2& uv, bool front) const;
   double triangle_power(const Scene& scene, std::uint32_t light) const;
   DirectSample sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const;
@@ -214,8 +215,8 @@ class Lights {
 [[gnu::always_inline]] inline Rgb Lights::emitted(const Scene& scene, std::uint32_t index, const Vec2& uv, bool front) const {
   const Material& material = scene.materials[emitters_[index].material];
   if (!front && !material.double_sided) return Rgb(0);
-  if (!material.emission_texture.used()) return material.emission;
-  return material.emission * emission_texel(scene, index, uv);
+  if (material.shines_evenly()) return material.emission;
+  return material.emission * emission_share(scene, index, uv);
 }
 
 [[gnu::always_inline]] inline float Lights::triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction,

@@ -70,7 +70,7 @@ std::uint32_t Lights::begin_direct(const Scene& scene, std::span<const std::uint
     const std::uint32_t light = choice_.sample(u[k]);
     const EmitterTriangle* emitter = light < emitters_.size() ? &emitters_[light] : nullptr;
     const Material* material = emitter != nullptr ? &scene.materials[emitter->material] : nullptr;
-    if (material == nullptr || material->emission_texture.used()) {
+    if (material == nullptr || !material->shines_evenly()) {
       others[other_count++] = k;
       continue;
     }

@@ -31,7 +31,7 @@ EmittedFlux Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng&
   if (light >= emitters_.size()) return {};
   const EmitterTriangle& emitter = emitters_[light];
   const Material& material = scene.materials[emitter.material];
-  if (material.emission_texture.used() || aim_of(light).share() > 0) return {};
+  if (!material.shines_evenly() || aim_of(light).share() > 0) return {};
   lanes.origin.set(k, emitter.origin);
   lanes.ab.set(k, emitter.ab);
   lanes.ac.set(k, emitter.ac);

@@ -150,5 +150,36 @@ TEST(Lights, TexturedEmitterShinesItsMeanRadiance) {
   EXPECT_TRUE(test::agrees(flux, kPi * 3 / 2));
 }
 
+// At either end of what a file may say.
+TEST(Lights, TinyAndHugeEmittersHaveTheirPower) {
+  for (const float side : {1e-12f, 1e12f}) {
+    Scene scene = test::empty_scene();
+    test::add_mesh(scene, test::parallelogram({0, 0, 0}, {side, 0, 0}, {0, side, 0}),
+                   test::add_material(scene, test::emitter(Rgb(1))));
+    const double expected = kPi * static_cast<double>(side) * static_cast<double>(side);
+    EXPECT_NEAR(test::prepared(std::move(scene))->lights.total_power() / expected, 1, 1e-5) << side;
+  }
+}
+
+// Where a lamp is not, nothing shines: of what leaves it and of what is sampled of it from a point, a quarter.
+TEST(Lights, ThinEmittersShineByTheirAlpha) {
+  Scene scene = test::empty_scene();
+  Material m = test::emitter(Rgb(3));
+  m.alpha_mode = AlphaMode::blend;
+  m.alpha = 0.25f;
+  test::add_mesh(scene, test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::add_material(scene, m));
+  const auto prepared = test::prepared(scene);
+  EXPECT_NEAR(prepared->lights.total_power(), 3 * kPi / 4, 1e-5);
+  Rng rng(3, RngPurpose::pilot, 0, 0);
+  EXPECT_NEAR(prepared->lights.sample_emission(prepared->scene, rng).flux.x, 3 * kPi / 4, 1e-5);
+  scene.materials[0].alpha_mode = AlphaMode::opaque;
+  const auto opaque = test::prepared(scene);
+  const Vec3 from(0.2f, 0.3f, 2), u(0.4f, 0.7f, 0.1f);
+  EXPECT_NEAR(prepared->lights.sample_direct(prepared->scene, from, u).radiance.x,
+              opaque->lights.sample_direct(opaque->scene, from, u).radiance.x / 4, 1e-6);
+  scene.materials[0].alpha_mode = AlphaMode::mask;
+  EXPECT_EQ(test::prepared(scene)->lights.total_power(), 0);
+}
+
 }  // namespace
 }  // namespace photond
