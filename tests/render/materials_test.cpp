@@ -127,6 +127,20 @@ TEST(HardCase, AlphaSheet42) {
   }
 }
 
+// A convex body in a closed lamp of alpha .3, and nothing behind it: L = a·.3·Le.
+TEST(HardCase, AlphaLamp42) {
+  HardCase c(42, "thin sheets");
+  Scene scene = empty_scene();
+  Material lamp = emitter(Rgb(1));
+  lamp.base_color = Rgb(0);
+  lamp.alpha_mode = AlphaMode::blend;
+  lamp.alpha = 0.3f;
+  add_mesh(scene, box({-3, -3, -3}, {3, 3, 3}, true), add_material(scene, lamp));
+  add_mesh(scene, box({-1, -1, -1}, {1, 1, 1}), add_material(scene, lambert(Rgb(0.8f))));
+  look_at_with(c.equals("L of a white body among lamps of alpha .3", 0.24), prepared(std::move(scene)),
+               {.from = {0.3f, 0.2f, 2.5f}, .at = {0.3f, 0.2f, 1}, .photons = 2000, .passes = 40, .side = 32});
+}
+
 // A thin-walled pane of index n lets 1 − ((n − 1)/(n + 1))² through, straight on: E = (1 − F) I/h² below it.
 TEST(HardCase, TransmittingSheet42) {
   HardCase c(42, "thin sheets");
@@ -192,6 +206,27 @@ TEST(HardCase, LimitsOfTheIndex44) {
     // Where smooth glass is followed both ways, what enters an index of a million (4·10⁻⁶ of the light) is lost in it.
     look_at_with(c.equals(what, 1, {.relative = 1e-5}), prepared(std::move(scene)),
                  {.from = {0.4f, 3, 0.1f}, .at = {0.4f, 0, 0.1f}, .photons = 500, .passes = 20});
+  }
+}
+
+// Rough glass of an index that bends nothing: all light goes through it but for what the facets hide from one another
+// at either surface, G₂/G₁ = (1 + Λ)/(1 + 2Λ) [Heitz 2014].
+TEST(HardCase, RoughGlassThatBendsNothing44) {
+  HardCase c(44, "absurd numbers");
+  for (const float roughness : {0.05f, 0.5f, 1.0f}) {
+    Scene scene = empty_scene();
+    scene.environment.radiance = Rgb(1);
+    Material m = glass(1);
+    m.roughness = roughness;
+    add_mesh(scene, sphere({0, 0, 0}, 1), add_material(scene, m));
+    char what[64];
+    std::snprintf(what, sizeof what, "L/Le through a ball of index 1 and roughness %g", static_cast<double>(roughness));
+    const double alpha_sq = std::pow(static_cast<double>(roughness), 4);
+    const double tan_sq = 0.17 / 0.83;   // where the ray through (.4, ., .1) enters and leaves
+    const double lambda = 0.5 * (std::sqrt(1 + alpha_sq * tan_sq) - 1);
+    const double through = std::pow((1 + lambda) / (1 + 2 * lambda), 2);
+    look_at_with(c.equals(what, through, {.relative = 0.003}), prepared(std::move(scene)),
+                 {.from = {0.4f, 3, 0.1f}, .at = {0.4f, 0, 0.1f}, .photons = 500, .passes = 20, .side = 16});
   }
 }
 
