@@ -16,6 +16,8 @@ namespace photond {
 /// What a file may ask for before it is refused with ErrorCode::limit_exceeded.
 struct SceneLimits {
   std::uint64_t max_triangles = 50'000'000;       ///< all instances of a mesh count once
+  std::uint64_t max_placed_triangles = 50'000'000;   ///< of each instance anew: edges, casters and lamps are placed
+  std::uint64_t max_emitters = 8'000'000;         ///< triangles that emit light, of each instance anew
   std::uint64_t max_vertices = 50'000'000;
   std::uint64_t max_instances = 1'000'000;
   std::uint64_t max_nodes = 1'000'000;

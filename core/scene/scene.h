@@ -81,7 +81,7 @@ struct PunctualLight {
   }
 };
 
-/// Everything a picture needs, as plain data; what read_gltf returns and check_scene accepts.
+/// Everything a picture needs, as plain data; what read_gltf returns.
 struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;

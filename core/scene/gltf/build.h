@@ -33,6 +33,8 @@ struct Build {
   std::uint64_t texture_pixels = 0;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
+  std::uint64_t placed_triangles = 0;  ///< of all instances
+  std::uint64_t emitters = 0;          ///< those among them that emit light
   std::uint64_t degenerate = 0;       ///< triangles dropped
   std::string first_degenerate = {};  ///< and where that began
 };

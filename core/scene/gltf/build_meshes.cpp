@@ -63,8 +63,18 @@ Status read_attributes(Mesh& mesh, const Build& build, const tinygltf::Primitive
   if (Status s = read_into(mesh.uv[0], build, primitive, weights, "TEXCOORD_0"); !s) return s;
   if (Status s = read_into(mesh.uv[1], build, primitive, weights, "TEXCOORD_1"); !s) return s;
   if (Status s = read_into(mesh.colors, build, primitive, weights, "COLOR_0"); !s) return s;
-  for (Vec4& color : mesh.colors) color = glm::max(color, Vec4(0));
   return Done{};
+}
+
+/// As glTF demands. Returns whether that changes anything.
+bool clamp_colors(Mesh& mesh) {
+  bool changes = false;
+  for (Vec4& color : mesh.colors) {
+    const Vec4 clamped = glm::clamp(color, 0.0f, 1.0f);
+    changes |= clamped != color;
+    color = clamped;
+  }
+  return changes;
 }
 
 Error too_large(const char* what, const std::string& where) {
@@ -116,6 +126,7 @@ Result<std::optional<Mesh>> build_primitive(Build& build, const tinygltf::Primit
   if (Status s = account(build, primitive, vertices, where); !s) return s.error();
   Mesh mesh;
   if (Status s = read_attributes(mesh, build, primitive, weights); !s) return s.error();
+  if (clamp_colors(mesh)) build.warnings.add("COLOR_0 is cut to between 0 and 1", where);
   Result<std::vector<glm::uvec3>> triangles = read_triangles(build.model, primitive, vertices, where);
   if (!triangles) return triangles.error();
   mesh.triangles = std::move(*triangles);

@@ -15,15 +15,28 @@ std::string name_or(const std::string& first, const std::string& second, const s
   return !second.empty() ? second : last;
 }
 
+bool has_camera(const Scene& scene, const std::string& name) {
+  return std::ranges::any_of(scene.cameras, [&](const Camera& camera) { return camera.name == name; });
+}
+
+std::string free_camera_name(const Scene& scene) {
+  for (std::size_t i = scene.cameras.size();; ++i) {
+    std::string name = "camera " + std::to_string(i);
+    if (!has_camera(scene, name)) return name;
+  }
+}
+
 Status add_camera(Build& build, const tinygltf::Node& node, const glm::dmat4& to_world,
                   const std::string& where) {
   const tinygltf::Camera& from = build.model.cameras[node.camera];
-  const Result<Affine> frame = to_frame(to_world, where);
+  const auto frame = to_frame(to_world, where);
   if (!frame) return frame.error();
-  const std::string fallback = "camera " + std::to_string(build.scene.cameras.size());
-  Camera camera{.name = name_or(from.name, node.name, fallback), .to_world = *frame};
-  const auto same_name = [&](const Camera& other) { return other.name == camera.name; };
-  if (std::any_of(build.scene.cameras.begin(), build.scene.cameras.end(), same_name)) camera.name = fallback;
+  if (!frame->has_value()) {
+    build.warnings.add("transform leaves the camera no direction: it is left out", where);
+    return Done{};
+  }
+  Camera camera{.name = name_or(from.name, node.name, ""), .to_world = **frame};
+  if (camera.name.empty() || has_camera(build.scene, camera.name)) camera.name = free_camera_name(build.scene);
   camera.orthographic = from.type == "orthographic";
   if (camera.orthographic) {
     const double ymag = std::abs(from.orthographic.ymag);
@@ -51,13 +64,17 @@ Status add_light(Build& build, const tinygltf::Node& node, int index, const glm:
       "extensions.KHR_lights_punctual." + place("lights", static_cast<std::size_t>(index));
   const Result<Rgb> intensity = light_intensity(from, light_where);
   if (!intensity) return intensity.error();
-  const Result<Affine> frame = to_frame(to_world, where);
+  const auto frame = to_frame(to_world, where);
   if (!frame) return frame.error();
+  if (!frame->has_value() && from.type != "point") {
+    build.warnings.add("transform leaves the light no direction: it is left out", where);
+    return Done{};
+  }
   PunctualLight light{
       .name = name_or(from.name, node.name, "light " + std::to_string(build.scene.lights.size())),
-      .position = (*frame)[3],
-      .direction = -(*frame)[2],
+      .position = Vec3(glm::dvec3(to_world[3])),
       .intensity = *intensity};
+  if (frame->has_value()) light.direction = -(**frame)[2];
   if (from.type == "directional") light.type = LightType::directional;
   if (from.type == "spot") {
     light.type = LightType::spot;
@@ -65,6 +82,18 @@ Status add_light(Build& build, const tinygltf::Node& node, int index, const glm:
     light.cos_outer = static_cast<float>(std::cos(from.spot.outerConeAngle));
   }
   build.scene.lights.push_back(std::move(light));
+  return Done{};
+}
+
+/// Counts a mesh that is placed against the limits.
+Status account(Build& build, const Mesh& mesh, const std::string& where) {
+  const auto too_many = [&](const char* what) {
+    return Error{ErrorCode::limit_exceeded, std::string("the file places too many triangles ") + what, where};
+  };
+  build.placed_triangles += mesh.triangles.size();
+  if (build.placed_triangles > build.limits.max_placed_triangles) return too_many("in the scene");
+  if (build.scene.materials[mesh.material].emissive()) build.emitters += mesh.triangles.size();
+  if (build.emitters > build.limits.max_emitters) return too_many("that emit light");
   return Done{};
 }
 
@@ -80,6 +109,7 @@ Status add_instance(Build& build, const std::vector<std::uint32_t>& meshes, cons
     if (build.scene.instances.size() >= build.limits.max_instances) {
       return Error{ErrorCode::limit_exceeded, "the file has too many instances", where};
     }
+    if (Status s = account(build, build.scene.meshes[mesh], where); !s) return s;
     build.scene.instances.push_back({mesh, *affine});
   }
   return Done{};

@@ -55,15 +55,14 @@ Result<Affine> to_affine(const glm::dmat4& matrix, const std::string& where) {
   return Affine(matrix);
 }
 
-Result<Affine> to_frame(const glm::dmat4& matrix, const std::string& where) {
+Result<std::optional<Affine>> to_frame(const glm::dmat4& matrix, const std::string& where) {
   if (Result<Affine> bounded = to_affine(matrix, where); !bounded) return bounded.error();
   const glm::dvec3 z(matrix[2]), y(matrix[1]);
   const glm::dvec3 x = glm::cross(y, z);
-  if (!(glm::length(x) > 1e-12 * glm::length(y) * glm::length(z))) {
-    return invalid_input("transform of a camera or light leaves no direction", where);
-  }
+  if (!(glm::length(x) > 1e-12 * glm::length(y) * glm::length(z))) return std::optional<Affine>();
   const glm::dvec3 forward = glm::normalize(z), right = glm::normalize(x);
-  return Affine(Vec3(right), Vec3(glm::cross(forward, right)), Vec3(forward), Vec3(glm::dvec3(matrix[3])));
+  return std::optional<Affine>(
+      {Vec3(right), Vec3(glm::cross(forward, right)), Vec3(forward), Vec3(glm::dvec3(matrix[3]))});
 }
 
 bool is_singular(const glm::dmat4& matrix) {

@@ -3,6 +3,7 @@
 #include <tiny_gltf.h>
 
 #include <glm/mat4x4.hpp>
+#include <optional>
 #include <string>
 
 #include "core/base/result.h"
@@ -20,8 +21,9 @@ glm::dmat4 compose(const glm::dvec3& translation, const glm::dvec4& rotation, co
 /// The upper three rows as floats. Errors: values that are not finite or absurdly large.
 Result<Affine> to_affine(const glm::dmat4& matrix, const std::string& where);
 
-/// A rigid, right-handed frame with the z axis and, as far as possible, the y axis of `matrix`.
-Result<Affine> to_frame(const glm::dmat4& matrix, const std::string& where);
+/// A rigid, right-handed frame with the z axis and, as far as possible, the y axis of `matrix`; nothing where that leaves
+/// no direction. Errors: as to_affine's.
+Result<std::optional<Affine>> to_frame(const glm::dmat4& matrix, const std::string& where);
 
 /// Whether the linear part maps space onto less than space.
 bool is_singular(const glm::dmat4& matrix);

@@ -177,8 +177,21 @@ TEST(GltfRefusals, RefusesWhatExceedsTheLimits) {
   EXPECT_EQ(refusal(draft, {.max_vertices = 2}).code, ErrorCode::limit_exceeded);
   EXPECT_EQ(refusal(draft, {.max_triangles = 0}).code, ErrorCode::limit_exceeded);
   EXPECT_EQ(refusal(draft, {.max_instances = 0}).code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(refusal(draft, {.max_placed_triangles = 0}).code, ErrorCode::limit_exceeded);
   EXPECT_EQ(refusal(draft, {.max_nodes = 0}).code, ErrorCode::limit_exceeded);
   EXPECT_EQ(refusal(draft, {.max_json_depth = 3}).code, ErrorCode::limit_exceeded);
+}
+
+// A small mesh that shines, placed many times.
+TEST(GltfRefusals, RefusesTooManyPlacedTriangles) {
+  GlbDraft draft;
+  draft.json["materials"] = {{{"emissiveFactor", {1, 1, 1}}}};
+  primitive(draft)["material"] = 0;
+  draft.json["nodes"].push_back({{"mesh", 0}});
+  draft.json["scenes"][0]["nodes"] = {0, 1};
+  EXPECT_EQ(read(draft).instances.size(), 2u);
+  EXPECT_EQ(refusal(draft, {.max_placed_triangles = 1}).where, "nodes[1]");
+  EXPECT_EQ(refusal(draft, {.max_emitters = 1}).where, "nodes[1]");
 }
 
 TEST(GltfRefusals, SurvivesLongChainsOfNodes) {

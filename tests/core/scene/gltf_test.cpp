@@ -145,6 +145,15 @@ TEST(Gltf, ReadsVertexColoursAsRgba) {
   EXPECT_EQ(read(draft).meshes[0].colors, std::vector<Vec4>({{1, 0, 0, 1}, {0, 0.5f, 0, 1}, {0, 0, 0.25f, 1}}));
 }
 
+TEST(Gltf, CutsVertexColoursToWhatReflects) {
+  GlbDraft draft;
+  primitive(draft)["attributes"]["COLOR_0"] =
+      draft.add_accessor<float>({1.5f, 0, 0, 0, -0.5f, 0, 0, 0, 1}, kFloat, "VEC3", 3);
+  const Scene scene = read(draft);
+  EXPECT_EQ(scene.meshes[0].colors, std::vector<Vec4>({{1, 0, 0, 1}, {0, 0, 0, 1}, {0, 0, 1, 1}}));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("COLOR_0 is cut to between 0 and 1")));
+}
+
 TEST(Gltf, AppliesSparseValues) {
   GlbDraft draft;
   const int indices = draft.add_accessor<std::uint8_t>({2, 0, 0, 0}, kUnsignedByte, "SCALAR", 4);
@@ -243,6 +252,27 @@ TEST(Gltf, ReadsLightsInTheWorld) {
   EXPECT_EQ(scene.lights[2].name, "bulb");
   EXPECT_EQ(scene.lights[2].position, Vec3(1, 2, 3));
   EXPECT_FALSE(scene.environment.active());
+}
+
+// Scale 0 hides what hangs on a node; a light that shines to all sides needs no direction.
+TEST(Gltf, LeavesOutCamerasAndLightsWithoutDirection) {
+  GlbDraft draft;
+  draft.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}}};
+  draft.json["extensionsUsed"] = {"KHR_lights_punctual"};
+  draft.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "directional"}}, {{"type", "point"}}};
+  const auto light = [](int i) { return json{{"KHR_lights_punctual", {{"light", i}}}}; };
+  const json hidden = {0, 0, 0}, flat = {1, 1, 0};
+  draft.json["nodes"].push_back({{"camera", 0}, {"scale", hidden}});
+  draft.json["nodes"].push_back({{"scale", hidden}, {"extensions", light(0)}});
+  draft.json["nodes"].push_back({{"scale", flat}, {"translation", {1, 2, 3}}, {"extensions", light(1)}});
+  draft.json["scenes"][0]["nodes"] = {0, 1, 2, 3};
+  const Scene scene = read(draft);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("leaves the camera no direction")));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("leaves the light no direction")));
+  ASSERT_EQ(scene.cameras.size(), 1u);
+  EXPECT_EQ(scene.cameras[0].name, "default");
+  ASSERT_EQ(scene.lights.size(), 1u);
+  EXPECT_EQ(scene.lights[0].position, Vec3(1, 2, 3));
 }
 
 TEST(Gltf, NamesCamerasAndMakesTheirFramesRigid) {
