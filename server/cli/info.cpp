@@ -63,7 +63,6 @@ void print_materials(std::ostream& out, const SceneReport& report) {
 
 void print_plan(std::ostream& out, const Plan& plan) {
   field(out, "method") << method_name(plan.method) << (plan.biased ? " (biased)" : "") << "\n";
-  if (plan.uses_maps) field(out, "radius") << plan.radius << " m\n";
   for (const PlanItem& item : plan.items) {
     out << "  " << (item.active ? "+ " : "- ") << item.feature << ": " << item.reason << "\n";
   }

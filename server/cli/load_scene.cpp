@@ -20,15 +20,15 @@ Result<std::filesystem::path> resolve(const std::filesystem::path& folder, const
   const std::filesystem::path relative(resource);
   const bool climbs = std::find(relative.begin(), relative.end(), "..") != relative.end();
   if (resource.empty() || relative.is_absolute() || climbs || resource.find('\0') != std::string::npos) {
-    return invalid_input("names a file outside the scene's folder", resource);
+    return invalid_input("'" + resource + "' is not a path within the scene's folder");
   }
   std::error_code failure;
   const auto root = std::filesystem::canonical(folder, failure);
   if (failure) return Error{ErrorCode::io, failure.message(), folder.string()};
   // Links are followed before the comparison, so one that leads outside is caught.
   const auto path = std::filesystem::canonical(root / relative, failure);
-  if (failure) return Error{ErrorCode::not_found, "the resource does not exist", resource};
-  if (!is_inside(path, root)) return invalid_input("leads outside the scene's folder", resource);
+  if (failure) return Error{ErrorCode::not_found, "'" + resource + "' does not exist in the scene's folder", {}};
+  if (!is_inside(path, root)) return invalid_input("'" + resource + "' leads outside the scene's folder");
   return path;
 }
 
@@ -39,7 +39,7 @@ ResourceReader folder_resources(const std::filesystem::path& folder) {
     const auto path = resolve(folder, resource);
     if (!path) return path.error();
     auto bytes = read_file(*path, kMaxFileBytes);
-    if (!bytes) return Error{bytes.error().code, bytes.error().message, resource};
+    if (!bytes) return Error{bytes.error().code, "'" + resource + "': " + bytes.error().message, {}};
     return bytes;
   };
 }

@@ -10,7 +10,7 @@
 namespace photond {
 
 /// A reader of the files below `folder` for the resources of a .gltf. Refuses absolute paths, `..` and symbolic
-/// links that lead outside, with invalid_input and the resource's name in Error::where.
+/// links that lead outside, with invalid_input. Messages name the resource.
 ResourceReader folder_resources(const std::filesystem::path& folder);
 
 /// Reads a .glb or .gltf file with the resources in its own folder. Errors: those of read_gltf and of the

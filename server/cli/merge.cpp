@@ -33,7 +33,7 @@ struct Input {
 };
 
 Result<Input> read_input(const std::string& file) {
-  constexpr std::uint64_t kMaxBytes = 1ull << 37;  // 16384² pixels of 320 bytes are 80 GiB
+  constexpr std::uint64_t kMaxBytes = 1ull << 38;  // 16384² pixels of about 500 bytes, 48 more for each open block
   const auto bytes = read_file(file, kMaxBytes);
   if (!bytes) return about(file, bytes.error());
   auto accumulator = read_accumulator(*bytes);
@@ -140,7 +140,7 @@ int run_merge(const MergeCommand& command) {
     if (!written) return print_failure(command.report, written.error());
   }
   std::string text = "merged " + std::to_string(film.pass_count()) + " passes" +
-                     error_text(estimate_error(film), biased) + " ->";
+                     error_text(estimate_error(film), biased) + losses_text(film) + " ->";
   for (const std::string& output : command.outputs) text += " " + output;
   std::cerr << text + "\n";
   return kExitOk;

@@ -41,7 +41,7 @@ int check_pictures(const std::vector<std::string>& pictures, const std::string& 
 }
 
 Result<Image> read_picture(const std::filesystem::path& file) {
-  constexpr std::uint64_t kMaxBytes = 4ull << 30;  // 16384² pixels of three floats are 3 GiB
+  constexpr std::uint64_t kMaxBytes = 16ull << 30;  // 16384² pixels of twelve floats are 12 GiB
   const auto bytes = read_file(file, kMaxBytes);
   if (!bytes) return bytes.error();
   return decode_exr(*bytes);

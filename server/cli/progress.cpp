@@ -51,6 +51,16 @@ std::string progress_line(const StopRule& stop, const Progress& progress, int co
          facts;
 }
 
+std::string stage_line(const std::string& stage, int columns) {
+  std::string line;
+  for (const char c : stage) {
+    const bool begins = (static_cast<unsigned char>(c) & 0xc0) != 0x80;   // a character of UTF-8
+    if (begins && columns-- <= 2) break;
+    line += c;
+  }
+  return line + " …";
+}
+
 std::string duration_text(double seconds) {
   if (seconds < 99.95) return format("%.1f s", seconds);
   const auto whole = static_cast<long long>(std::llround(seconds));
@@ -66,6 +76,15 @@ std::string error_text(const ErrorEstimate& error, bool biased) {
   std::string text = ", estimated relative error " + format("%.4g", error.relative);
   if (error.bias > 0) text += format(" (noise %.4g", error.noise) + format(", bias %.4g)", error.bias);
   return text + (biased ? " without the bias of the method" : "");
+}
+
+std::string losses_text(const Film& film) {
+  std::string text;
+  if (film.rejected > 0) {
+    text += ", " + std::to_string(film.rejected) + " samples rejected (not finite or too bright: they count as black)";
+  }
+  if (film.truncated > 0) text += ", " + std::to_string(film.truncated) + " paths cut at the depth limit";
+  return text;
 }
 
 ProgressBar::ProgressBar() : terminal_(isatty(STDERR_FILENO) == 1) {
@@ -103,7 +122,7 @@ void ProgressBar::run(const std::stop_token& stop) {
 }
 
 std::string ProgressBar::line() const {
-  if (!progress_) return stage_ + " …";
+  if (!progress_) return stage_line(stage_, terminal_columns() - 1);
   Progress now = *progress_;
   now.seconds += steady_seconds() - updated_;
   return progress_line(stop_, now, terminal_columns() - 1);

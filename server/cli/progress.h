@@ -20,6 +20,12 @@ std::string duration_text(double seconds);
 /// bias beyond the estimate, which the text says.
 std::string error_text(const ErrorEstimate& error, bool biased);
 
+/// ", 12 samples rejected (…)" and what else of the film's samples is not as it should be; empty where nothing is.
+std::string losses_text(const Film& film);
+
+/// "preparing …", cut to `columns`.
+std::string stage_line(const std::string& stage, int columns);
+
 /// Repaints a line on stderr while something long runs. Silent where stderr is no terminal.
 class ProgressBar {
  public:

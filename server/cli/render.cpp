@@ -57,7 +57,7 @@ void print_summary(const RenderCommand& command, const RenderTask& task, const R
   const MeasuredPass& last = rendering.series.back();
   std::string text = std::string(method_name(task.plan.method)) + ": " + std::to_string(passes) +
                      (passes == 1 ? " pass in " : " passes in ") + duration_text(rendering.seconds) +
-                     error_text(last.progress.error, task.plan.biased);
+                     error_text(last.progress.error, task.plan.biased) + losses_text(rendering.film);
   if (last.rel_mse) text += ", true relMSE " + std::to_string(*last.rel_mse);
   text += " ->";
   for (const std::string& output : command.outputs) text += " " + output;

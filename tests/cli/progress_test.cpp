@@ -42,6 +42,21 @@ TEST(ProgressLine, FitsIntoTheTerminal) {
   }
 }
 
+TEST(StageLine, FitsIntoTheTerminal) {
+  EXPECT_EQ(stage_line("loading a.glb", 80), "loading a.glb …");
+  EXPECT_EQ(stage_line("loading a.glb", 9), "loading …");
+  EXPECT_EQ(stage_line("größer", 5), "grö …") << "characters, not bytes";
+}
+
+TEST(LossesText, TellsOnlyOfWhatIsLost) {
+  Film film(1, 1);
+  EXPECT_EQ(losses_text(film), "");
+  film.rejected = 3;
+  film.truncated = 2;
+  EXPECT_EQ(losses_text(film),
+            ", 3 samples rejected (not finite or too bright: they count as black), 2 paths cut at the depth limit");
+}
+
 TEST(DurationText, ChoosesItsUnit) {
   EXPECT_EQ(duration_text(0), "0.0 s");
   EXPECT_EQ(duration_text(99.94), "99.9 s");
