@@ -265,7 +265,7 @@ class Shooter {
       return false;
     }
     Rgb next = walk.flux * sample->weight;
-    if (surface.smooth) next *= shading_normal_factor(surface, wi, sample->wi);
+    if (surface.smooth && !sample->flat) next *= shading_normal_factor(surface, wi, sample->wi);
     if (!is_finite(next)) {
       block_.ledger.rejected += walk.power;
       return false;

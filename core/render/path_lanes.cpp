@@ -106,33 +106,39 @@ void PathLanes::scatter(std::uint32_t count) {
   }
 }
 
-// Those from mirrors and glass, in their lanes; and what is kept of the throughput.
+// Those from mirrors and glass, in their lanes; and what is kept of the throughput. Where a shading normal would send
+// them to the wrong side of the surface, it is taken as flat.
 void PathLanes::reflect(std::uint32_t count) {
-  static constexpr float kMinCos = 1e-4f;   // as in Bsdf
   const std::uint32_t end = whole_vectors(count);
-  for (std::uint32_t i = 0; i < end; ++i) {
-    const Vec3 in = ray.direction[i], ns = surfaces.ns[i];
-    const bool specular = shading[i] != Shading::diffuse;
-    const float along = -glm::dot(in, ns);
-    const float cosine = std::max(along, kMinCos);
-    const float eta = choose(surfaces.side[i] > 0, ior[i], 1 / ior[i]);
-    float cos_t = 0;
-    const float fresnel = fresnel_dielectric(cosine, eta, cos_t);
-    const bool refracts = (shading[i] == Shading::glass) & (random_[0][i] >= fresnel);
-    const float scale = choose(refracts, 1 / eta, 1);
-    const float bend = choose(refracts, along / eta - cos_t, along + cosine);
-    const Vec3 bent = scale * in + bend * ns;
-    const Vec3 out = choose(specular, bent * (1 / std::sqrt(glm::dot(bent, bent))), out_[i]);
-    const float above = glm::dot(out, surfaces.ng[i]);
-    // Above both horizons, or below both.
-    const bool valid = (choose(refracts, -above, above) > 0) & (specular | (last_pdf[i] > 0));
-    squeeze_[i] = choose(refracts, eta * eta, 1);
-    const bool clear = (shading[i] == Shading::glass) & !refracts;
-    const float kept = choose(valid, 1 / squeeze_[i], 0);
-    reflected_.set(i, throughput[i] * choose(clear, Rgb(1), albedo[i]) * kept);
-    out_.set(i, out);
-    last_pdf[i] = choose(specular, 0, last_pdf[i]);
+  for (std::uint32_t i = 0; i < end; ++i) reflect(i, surfaces.ns[i]);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if ((kept_[i] == 0) & (shading[i] != Shading::diffuse)) reflect(i, surfaces.ng[i]);
   }
+}
+
+[[gnu::always_inline]] inline void PathLanes::reflect(std::uint32_t i, const Vec3& n) {
+  static constexpr float kMinCos = 1e-4f;   // as in Bsdf
+  const Vec3 in = ray.direction[i];
+  const bool specular = shading[i] != Shading::diffuse;
+  const float along = -glm::dot(in, n);
+  const float cosine = std::max(along, kMinCos);
+  const float eta = choose(surfaces.side[i] > 0, ior[i], 1 / ior[i]);
+  float cos_t = 0;
+  const float fresnel = fresnel_dielectric(cosine, eta, cos_t);
+  const bool refracts = (shading[i] == Shading::glass) & (random_[0][i] >= fresnel);
+  const float scale = choose(refracts, 1 / eta, 1);
+  const float bend = choose(refracts, along / eta - cos_t, along + cosine);
+  const Vec3 bent = scale * in + bend * n;
+  const Vec3 out = choose(specular, bent * (1 / std::sqrt(glm::dot(bent, bent))), out_[i]);
+  const float above = glm::dot(out, surfaces.ng[i]);
+  // Above both horizons, or below both.
+  const bool valid = (choose(refracts, -above, above) > 0) & (specular | (last_pdf[i] > 0));
+  squeeze_[i] = choose(refracts, eta * eta, 1);
+  const bool clear = (shading[i] == Shading::glass) & !refracts;
+  kept_[i] = choose(valid, 1 / squeeze_[i], 0);
+  reflected_.set(i, throughput[i] * choose(clear, Rgb(1), albedo[i]) * kept_[i]);
+  out_.set(i, out);
+  last_pdf[i] = choose(specular, 0, last_pdf[i]);
 }
 
 void PathLanes::go_on(std::uint32_t count) {

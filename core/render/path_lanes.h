@@ -57,6 +57,7 @@ struct alignas(64) PathLanes {
   void light_surfaces(std::uint32_t count);
   void scatter(std::uint32_t count);
   void reflect(std::uint32_t count);
+  void reflect(std::uint32_t i, const Vec3& n);
   void go_on(std::uint32_t count);
 
   float choice_[kLanes], roulette_[kLanes];
@@ -65,6 +66,7 @@ struct alignas(64) PathLanes {
   Vec3Lanes out_;                    // directions of the next rays
   Vec3Lanes reflected_;              // throughput before Russian roulette
   float squeeze_[kLanes];            // compression by refraction
+  float kept_[kLanes];               // share of the radiance that goes on, but for colour; 0 to the wrong side
 };
 
 }  // namespace photond

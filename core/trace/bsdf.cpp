@@ -11,6 +11,8 @@ namespace photond {
 
 namespace {
 
+constexpr float kMinCos = 1e-4f;   // of wo
+
 float mean(const Rgb& c) { return (c.x + c.y + c.z) / 3; }
 
 int lobe_index(LobeMask lobe) { return lobe == kDiffuseLobe ? 0 : lobe == kReflectionLobe ? 1 : 2; }
@@ -109,7 +111,7 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
     return;  // nothing of a bare Lambert surface depends on wo
   }
   wo_ = frame_.to_local(wo);
-  wo_.z = std::max(wo_.z, 1e-4f);
+  wo_.z = std::max(wo_.z, kMinCos);
   if ((lobes_ & kDiffuseLobe) != 0 && p.specular > 0) set_layer(layer_f0, p.specular);
   if ((lobes_ & (lobes_ - 1)) != 0) {
     set_selection();
@@ -300,31 +302,45 @@ bool Bsdf::sample_diffuse(const Vec2& u, LobeMask mask, Transport transport, Bsd
 
 bool Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
   if (alpha_ < kSmoothAlpha) {
-    const Vec3 wi{-wo_.x, -wo_.y, wo_.z};
-    out.wi = frame_.to_world(wi);
-    out.weight = reflection_fresnel(wo_.z) / selection(kReflectionLobe, mask);
-    out.lobe = kReflectionLobe;
-    out.delta = true;
-    return same_side(wi, out.wi);
+    if (sample_smooth_reflection(mask, out)) return true;
+    out.flat = true;
+    return flattened().sample_smooth_reflection(mask, out);
   }
   const Vec3 h = ggx_sample_visible(wo_, alpha_, u);
   const Vec3 wi = 2 * glm::dot(wo_, h) * h - wo_;
   return wi.z > 0 && finish(wi, kReflectionLobe, mask, transport, out);
 }
 
+bool Bsdf::sample_smooth_reflection(LobeMask mask, BsdfSample& out) const {
+  const Vec3 wi{-wo_.x, -wo_.y, wo_.z};
+  out.wi = frame_.to_world(wi);
+  out.weight = reflection_fresnel(wo_.z) / selection(kReflectionLobe, mask);
+  out.lobe = kReflectionLobe;
+  out.delta = true;
+  return same_side(wi, out.wi);
+}
+
 bool Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const {
-  const bool delta = alpha_ < kSmoothAlpha;
-  const Vec3 h = delta ? Vec3(0, 0, 1) : ggx_sample_visible(wo_, alpha_, u);
+  if (alpha_ < kSmoothAlpha) {
+    if (sample_smooth_glass(choice, mask, transport, out)) return true;
+    out.flat = true;
+    return flattened().sample_smooth_glass(choice, mask, transport, out);
+  }
+  const Vec3 h = ggx_sample_visible(wo_, alpha_, u);
   const float cos_h = glm::dot(wo_, h);
   if (cos_h <= 0) return false;
   float cos_t = 0;
-  const float fresnel = glass_reflectance(cos_h, cos_t);
-  const bool reflected = choice < fresnel;
-  Vec3 wi = 2 * cos_h * h - wo_;
-  if (!reflected) wi = thin_ ? mirror_z(wi) : -wo_ / eta_ + (cos_h / eta_ - cos_t) * h;
+  const bool reflected = choice < glass_reflectance(cos_h, cos_t);
+  const Vec3 wi = glass_direction(h, cos_h, cos_t, reflected);
   if (reflected ? wi.z <= 0 : wi.z >= 0) return false;
-  if (!delta) return finish(glm::normalize(wi), kGlassLobe, mask, transport, out);
+  return finish(glm::normalize(wi), kGlassLobe, mask, transport, out);
+}
 
+bool Bsdf::sample_smooth_glass(float choice, LobeMask mask, Transport transport, BsdfSample& out) const {
+  float cos_t = 0;
+  const float fresnel = glass_reflectance(wo_.z, cos_t);
+  const bool reflected = choice < fresnel;
+  const Vec3 wi = glass_direction({0, 0, 1}, wo_.z, cos_t, reflected);
   out.wi = glm::normalize(frame_.to_world(wi));
   out.lobe = kGlassLobe;
   out.delta = true;
@@ -338,6 +354,24 @@ bool Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport tr
     out.weight = scale * through * (compressed ? 1 / (eta_ * eta_) : 1.0f) * glass_tint_;
   }
   return same_side(wi, out.wi);
+}
+
+// Where a facet of normal h sends what comes from wo.
+Vec3 Bsdf::glass_direction(const Vec3& h, float cos_h, float cos_t, bool reflected) const {
+  if (reflected || thin_) {
+    const Vec3 wi = 2 * cos_h * h - wo_;
+    return reflected ? wi : mirror_z(wi);
+  }
+  return -wo_ / eta_ + (cos_h / eta_ - cos_t) * h;
+}
+
+// The same where the surface is as flat as its triangle.
+Bsdf Bsdf::flattened() const {
+  Bsdf flat = *this;
+  flat.frame_ = Frame(ng_);
+  flat.wo_ = flat.frame_.to_local(frame_.to_world(wo_));
+  flat.wo_.z = std::max(flat.wo_.z, kMinCos);
+  return flat;
 }
 
 bool Bsdf::finish(const Vec3& wi, LobeMask lobe, LobeMask mask, Transport transport, BsdfSample& out) const {

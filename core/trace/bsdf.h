@@ -30,6 +30,8 @@ struct BsdfSample {
   LobeMask lobe = kNoLobe;   ///< the lobe that was chosen
   bool delta = false;
   bool transmitted = false;  ///< wi is on the other geometric side
+  bool flat = false;         ///< a delta lobe as if the surface were flat: about its shading normal wi would be on the
+                             ///< wrong geometric side
 };
 
 /// The scattering of light at one surface point for a fixed direction `wo`, as glTF 2.0 defines it: a Lambert
@@ -89,6 +91,10 @@ class Bsdf {
   bool sample_diffuse(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const;
   bool sample_reflection(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const;
   bool sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const;
+  bool sample_smooth_reflection(LobeMask mask, BsdfSample& out) const;
+  bool sample_smooth_glass(float choice, LobeMask mask, Transport transport, BsdfSample& out) const;
+  Vec3 glass_direction(const Vec3& h, float cos_h, float cos_t, bool reflected) const;
+  Bsdf flattened() const;
   bool finish(const Vec3& wi_local, LobeMask lobe, LobeMask mask, Transport transport, BsdfSample& out) const;
 
   Frame frame_;
