@@ -52,9 +52,10 @@ class SharedCache {
 
   explicit SharedCache(std::uint64_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
-  /// The value of `key`. One caller runs `build`, the others wait for it; where it fails they get its error,
-  /// but where it was cancelled one of them builds instead. A waiter returns ErrorCode::cancelled as soon as
-  /// its own `stop` asks. With `keep` false a value built here is not stored (nor waited for by others).
+  /// The value of `key`. One caller runs `build`, the others wait for it; where it fails they get its error (where it
+  /// throws, which its caller sees, an internal one), but where it was cancelled one of them builds instead. A waiter
+  /// returns ErrorCode::cancelled as soon as its own `stop` asks. With `keep` false a value built here is not stored
+  /// (nor waited for by others).
   Result<Answer> get_or_build(const Key& key, const Build& build, std::stop_token stop, bool keep = true) {
     std::unique_lock lock(mutex_);
     while (true) {
@@ -65,7 +66,7 @@ class SharedCache {
       const std::shared_ptr<Flight> flight = found->second.flight;
       if (!landed_.wait(lock, stop, [&] { return flight->landed; })) return cancelled();
       if (flight->value) return note_hit(flight->value);
-      if (flight->error->code != ErrorCode::cancelled) return *flight->error;
+      if (flight->error.code != ErrorCode::cancelled) return flight->error;
     }
     ++totals_.misses;
     return keep ? build_and_keep(lock, key, build) : build_apart(lock, build);
@@ -113,7 +114,7 @@ class SharedCache {
   struct Flight {
     bool landed = false;
     Shared value;
-    std::optional<Error> error;
+    Error error{ErrorCode::internal, "what is needed here could not be built", ""};  ///< unless the builder tells its own
   };
   struct Entry {
     Shared value;                    ///< null while being built
@@ -150,19 +151,32 @@ class SharedCache {
     entries_[key].flight = flight;
     lock.unlock();
     const auto begin = std::chrono::steady_clock::now();
-    const Result<Shared> built = build();
+    const Result<Shared> built = build_or_land(lock, key, *flight, build);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     lock.lock();
     flight->landed = true;
     landed_.notify_all();
     if (!built) {
-      flight->error = built.error();
       entries_.erase(key);
+      flight->error = built.error();
       return built.error();
     }
     flight->value = built.value();
     settle(key, built.value(), seconds.count());
     return Answer{built.value(), false};
+  }
+
+  /// What `build` throws, out of memory most likely, must not leave others waiting for ever.
+  Result<Shared> build_or_land(std::unique_lock<std::mutex>& lock, const Key& key, Flight& flight, const Build& build) {
+    try {
+      return build();
+    } catch (...) {
+      lock.lock();
+      flight.landed = true;
+      landed_.notify_all();
+      entries_.erase(key);
+      throw;
+    }
   }
 
   void settle(const Key& key, const Shared& value, double seconds) {

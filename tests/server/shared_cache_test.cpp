@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <new>
 #include <string>
 #include <thread>
 
@@ -129,6 +130,36 @@ TEST(SharedCache, WaitersGetTheBuildersErrorAndTheNextOneTriesAgain) {
   ASSERT_FALSE(failed.ok());
   EXPECT_EQ(failed.error().message, "bad");
   EXPECT_TRUE(cache.get_or_build("a", [] { return thing(1, 1); }, {}).ok());
+}
+
+TEST(SharedCache, ABuilderThatThrowsLeavesNobodyWaiting) {
+  Cache cache(100);
+  std::atomic<int> building = 0, release = 0;
+  std::thread builder([&] {
+    const auto throwing = [&]() -> Result<Cache::Shared> {
+      ++building;
+      wait_for(release, 1);
+      throw std::bad_alloc();
+    };
+    EXPECT_THROW((void)cache.get_or_build("a", throwing, {}), std::bad_alloc);
+  });
+  wait_for(building, 1);
+  std::stop_source patience;
+  std::thread waiter([&] {
+    const auto answer = cache.get_or_build("a", [] { return thing(1, 1); }, patience.get_token());
+    ASSERT_FALSE(answer.ok());
+    EXPECT_EQ(answer.error().code, ErrorCode::internal);
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  ++release;
+  builder.join();
+  std::jthread end_of_patience([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    patience.request_stop();
+  });
+  waiter.join();
+  const auto again = cache.get_or_build("a", [] { return thing(1, 1); }, patience.get_token());
+  EXPECT_TRUE(again.ok()) << "and it may be tried again";
 }
 
 TEST(SharedCache, AWaiterLeavesWhenItsOwnTokenAsks) {
