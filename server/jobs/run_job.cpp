@@ -76,13 +76,21 @@ Status RunJob::put_back() {
 
 bool RunJob::step() {
   arm();
-  try {
-    if (const Status status = advance(); !status) take_failure(status.error());
+  take_failure_of([this] { return advance(); });
+  // Apart from that: a job that failed by what was thrown gives its memory back, too.
+  take_failure_of([this] {
     settle();
+    return Status(Done{});
+  });
+  return !rest();
+}
+
+void RunJob::take_failure_of(const std::function<Status()>& work) {
+  try {
+    if (const Status status = work(); !status) take_failure(status.error());
   } catch (const std::exception& failure) {  // out of memory, most likely
     take_failure({ErrorCode::internal, std::string("rendering failed: ") + failure.what(), ""});
   }
-  return !rest();
 }
 
 /// A run that was interrupted and is wanted again gets a stop token of its own.

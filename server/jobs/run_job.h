@@ -86,6 +86,7 @@ class RunJob : public Slices {
   Status checkpoint();
   Status tell_progress();
   void take_failure(const Error& error);
+  void take_failure_of(const std::function<Status()>& work);
   void settle();
   void put_away();
   void release();

@@ -1,0 +1,76 @@
+#include "server/jobs/run_job.h"
+
+#include <gtest/gtest.h>
+
+#include <new>
+
+#include "server/jobs/environment_library.h"
+#include "tests/server/small_scene.h"
+#include "tests/server/temporary_store.h"
+
+namespace photond {
+namespace {
+
+/// One job of a small scene, and what its run needs.
+class RunJobTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string glb = test::small_glb();
+    const auto bytes = std::as_bytes(std::span(glb));
+    const auto added = scenes_.add({bytes.begin(), bytes.end()}, "model/gltf-binary", {}, {});
+    ASSERT_TRUE(added.ok()) << added.error().message;
+    scene_ = added->scene.id;
+  }
+
+  std::shared_ptr<Job> new_job() {
+    JobRecord record;
+    record.id = "a";
+    record.spec.scene = scene_;
+    record.spec.camera = 0u;
+    record.spec.settings.method = Method::path;
+    record.spec.settings.width = record.spec.settings.height = 8;
+    record.spec.stop.passes = 3;
+    Event created;
+    created.job = record.id;
+    EXPECT_TRUE(log_.add(record, created).ok());
+    return std::make_shared<Job>(record, log_);
+  }
+
+  const test::TemporaryStore stored_;
+  EventLog log_{*stored_.store};
+  const Workers workers_{1};
+  DiskRoom room_{stored_.folder.path(), {}, *stored_.store, *stored_.files};
+  const std::unique_ptr<Environments> stored_environments_{
+      std::move(*Environments::open(*stored_.database, stored_.folder.path() / "environments"))};
+  EnvironmentLibrary environments_{*stored_environments_, room_, 0};
+  SceneLibrary scenes_{*stored_.store, environments_, room_, workers_, 0};
+  MapCache maps_{0, nullptr};
+  std::atomic<std::uint64_t> passes_{0};
+  RunParts parts_{scenes_, maps_, workers_, *stored_.files, room_, passes_,
+                  [](const RenderTask&) { return Result<std::string>("this"); }, std::chrono::milliseconds(0)};
+  Digest scene_;
+};
+
+TEST_F(RunJobTest, EndsWhatItsStopRuleNames) {
+  RunJob run(new_job(), parts_);
+  while (run.step()) continue;
+  EXPECT_EQ(run.job()->state(), JobState::succeeded);
+  EXPECT_EQ(run.job()->record().passes, 3u);
+}
+
+TEST_F(RunJobTest, WhatIsThrownFailsTheJobAndItsRunLetsGoAllTheSame) {
+  parts_.identity = [](const RenderTask&) -> Result<std::string> { throw std::bad_alloc(); };
+  RunJob run(new_job(), parts_);
+  const auto content = [](const char* text) {
+    return [text](const Blobs::Sink& sink) { return sink(std::as_bytes(std::span(text, 3))); };
+  };
+  ASSERT_TRUE(stored_.files->put_checkpoint("a", 1, 1, content("one")).ok());
+  ASSERT_TRUE(stored_.files->put_checkpoint("a", 2, 2, content("two")).ok());
+  EXPECT_FALSE(run.step());
+  EXPECT_EQ(run.job()->state(), JobState::failed);
+  EXPECT_EQ(run.job()->record().failure->code, ErrorCode::internal);
+  EXPECT_EQ(stored_.files->checkpoints("a")->size(), 1u) << "of a job that failed one is kept, to be tried again";
+}
+
+}  // namespace
+}  // namespace photond
