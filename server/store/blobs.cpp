@@ -22,18 +22,6 @@ std::uint64_t size_of(const fs::path& path) {
   return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
 }
 
-/// Removes a file that was not finished.
-class Unfinished {
- public:
-  explicit Unfinished(fs::path path) : path_(std::move(path)) {}
-  ~Unfinished() { ::unlink(path_.c_str()); }  // fails, as it should, once the file is renamed
-  Unfinished(const Unfinished&) = delete;
-  Unfinished& operator=(const Unfinished&) = delete;
-
- private:
-  fs::path path_;
-};
-
 }  // namespace
 
 Result<std::unique_ptr<Blobs>> Blobs::open(const fs::path& folder) {
@@ -66,32 +54,41 @@ Status Blobs::list(const std::function<Status(const Digest&)>& visit) const {
   return Done{};
 }
 
-Result<Digest> Blobs::put(const std::function<Status(const Sink&)>& content) {
-  const fs::path temporary = folder_ / (std::to_string(next_temporary_++) + kTemporary);
-  Result<File> file = File::open(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+Blobs::Written::~Written() {
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());  // fails, as it should, once the file is renamed
+}
+
+Result<Blobs::Written> Blobs::write(const Content& content) {
+  Written written(folder_ / (std::to_string(next_temporary_++) + kTemporary));
+  Result<File> file = File::open(written.temporary_, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file) return file.error();
-  const Unfinished unfinished(temporary);
   Hasher hasher;
-  const Status written = content([&](std::span<const std::byte> piece) {
+  const Status given = content([&](std::span<const std::byte> piece) {
     hasher.update(piece);
     return file->write(piece);
   });
-  if (!written) return written.error();
-  const Digest name = hasher.finish();
-  if (const Status published = publish(std::move(*file), temporary, name); !published) return published.error();
-  return name;
+  if (!given) return given.error();
+  if (const Status synced = file->sync(); !synced) return synced.error();
+  written.name_ = hasher.finish();
+  return written;
 }
 
-Status Blobs::publish(File file, const fs::path& temporary, const Digest& name) {
-  if (const Status synced = file.sync(); !synced) return synced;
-  const fs::path path = path_of(name);
+Status Blobs::publish(const Written& written) {
+  const fs::path path = path_of(written.name_);
   const std::lock_guard lock(changing_);
   const std::uint64_t before = size_of(path);  // replaced where it is there already: it may be a damaged one
-  if (::rename(temporary.c_str(), path.c_str()) != 0) {
-    return system_error("cannot rename " + temporary.string(), errno);
+  if (::rename(written.temporary_.c_str(), path.c_str()) != 0) {
+    return system_error("cannot rename " + written.temporary_.string(), errno);
   }
   total_bytes_ += size_of(path) - before;
   return sync_folder(folder_);
+}
+
+Result<Digest> Blobs::put(const Content& content) {
+  const Result<Written> written = write(content);
+  if (!written) return written.error();
+  if (const Status published = publish(*written); !published) return published.error();
+  return written->name();
 }
 
 Result<Digest> Blobs::put(std::span<const std::byte> bytes) {

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/digest.h"
@@ -30,9 +31,15 @@ class Blobs {
 
   /// Takes the pieces of a content in order.
   using Sink = std::function<Status(std::span<const std::byte>)>;
-  /// Writes what `content` gives to its sink: temporary file, fsync, rename, fsync of the folder. Errors: the
-  /// content's; system_error, so limit_exceeded at "disk" where there is no space.
-  Result<Digest> put(const std::function<Status(const Sink&)>& content);
+  using Content = std::function<Status(const Sink&)>;
+  class Written;
+  /// Writes what `content` gives to its sink to the disk, whole, which takes as long as it is large; it is no blob yet.
+  /// Errors: the content's; system_error, so limit_exceeded at "disk" where there is no space.
+  Result<Written> write(const Content& content);
+  /// Makes a blob of it: rename, fsync of the folder. Errors: system_error.
+  Status publish(const Written& written);
+  /// Both.
+  Result<Digest> put(const Content& content);
   Result<Digest> put(std::span<const std::byte> bytes);
 
   /// Errors: not_found (also for a damaged one, which is removed), io.
@@ -54,13 +61,28 @@ class Blobs {
   explicit Blobs(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   Status list(const std::function<Status(const Digest&)>& visit) const;
-  Status publish(File file, const std::filesystem::path& temporary, const Digest& name);
 
   const std::filesystem::path folder_;
   std::mutex changing_;  ///< names in the folder and the total change together
   std::atomic<std::uint64_t> total_bytes_{0};
   std::atomic<std::uint64_t> next_temporary_{0};
   std::atomic<std::uint64_t> damaged_{0};
+};
+
+/// A content on the disk that has no name there yet, and goes with the object unless it got one.
+class Blobs::Written {
+ public:
+  Written(std::filesystem::path temporary) : temporary_(std::move(temporary)) {}
+  ~Written();
+  Written(Written&& other) noexcept : temporary_(std::exchange(other.temporary_, {})), name_(other.name_) {}
+  Written& operator=(Written&&) = delete;
+
+  const Digest& name() const { return name_; }
+
+ private:
+  friend class Blobs;
+  std::filesystem::path temporary_;
+  Digest name_;
 };
 
 }  // namespace photond

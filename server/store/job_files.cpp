@@ -44,15 +44,21 @@ Status JobFiles::sweep(Blobs& files, const char* table) {
 
 Status JobFiles::put_frame(const std::string& job, std::uint32_t revision, FrameFormat format,
                            std::span<const std::byte> bytes) {
+  const auto written = frame_files_->write([bytes](const Blobs::Sink& sink) { return sink(bytes); });
+  if (!written) return written.error();
   const std::lock_guard lock(changing_);
-  const Result<Digest> blob = frame_files_->put(bytes);
-  if (!blob) return blob.error();
-  const Status written = database_.write([&](Transaction& transaction) {
+  return publish(*frame_files_, "frames", *written, [&](Transaction& transaction) {
     return transaction.run("INSERT OR IGNORE INTO frames VALUES (?, ?, ?, ?, ?)", job, revision, format,
-                           name_of(*blob), bytes.size());
+                           name_of(written->name()), bytes.size());
   });
-  if (!written) remove_unnamed(*frame_files_, "frames", *blob);
-  return written;
+}
+
+/// With its row, or not at all. To be called with `changing_` held.
+Status JobFiles::publish(Blobs& files, const char* table, const Blobs::Written& written, const Database::Body& row) {
+  if (const Status published = files.publish(written); !published) return published;
+  const Status added = database_.write(row);
+  if (!added) remove_unnamed(files, table, written.name());
+  return added;
 }
 
 Result<Blob> JobFiles::frame(const std::string& job, std::uint32_t revision, FrameFormat format) {
@@ -69,22 +75,21 @@ Result<Blob> JobFiles::frame(const std::string& job, std::uint32_t revision, Fra
 }
 
 Status JobFiles::put_checkpoint(const std::string& job, std::uint32_t passes, double seconds,
-                                const std::function<Status(const Blobs::Sink&)>& content) {
-  const std::lock_guard lock(changing_);
+                                const Blobs::Content& content) {
   std::uint64_t bytes = 0;
-  const Result<Digest> blob = checkpoint_files_->put([&](const Blobs::Sink& sink) {
+  const auto written = checkpoint_files_->write([&](const Blobs::Sink& sink) {
     return content([&](std::span<const std::byte> piece) {
       bytes += piece.size();
       return sink(piece);
     });
   });
-  if (!blob) return blob.error();
-  const Status written = database_.write([&](Transaction& transaction) {
-    return transaction.run("INSERT OR REPLACE INTO checkpoints VALUES (?, ?, ?, ?, ?)", job, passes, name_of(*blob),
-                           bytes, seconds);
+  if (!written) return written.error();
+  const std::lock_guard lock(changing_);
+  const Status put = publish(*checkpoint_files_, "checkpoints", *written, [&](Transaction& transaction) {
+    return transaction.run("INSERT OR REPLACE INTO checkpoints VALUES (?, ?, ?, ?, ?)", job, passes,
+                           name_of(written->name()), bytes, seconds);
   });
-  if (!written) remove_unnamed(*checkpoint_files_, "checkpoints", *blob);
-  return written ? drop(*checkpoint_files_, "checkpoints", job, 2) : written;
+  return put ? drop(*checkpoint_files_, "checkpoints", job, 2) : put;
 }
 
 Result<std::vector<JobFiles::Checkpoint>> JobFiles::checkpoints(const std::string& job) {

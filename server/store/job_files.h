@@ -36,7 +36,7 @@ class JobFiles {
 
   /// Keeps what `content` writes as the newest checkpoint, and the one before it. Errors: those of the disk.
   Status put_checkpoint(const std::string& job, std::uint32_t passes, double seconds,
-                        const std::function<Status(const Blobs::Sink&)>& content);
+                        const Blobs::Content& content);
   /// Newest first.
   Result<std::vector<Checkpoint>> checkpoints(const std::string& job);
   /// Errors: not_found for a damaged one, io.
@@ -53,13 +53,14 @@ class JobFiles {
   JobFiles(Database& database, std::unique_ptr<Blobs> frames, std::unique_ptr<Blobs> checkpoints)
       : database_(database), frame_files_(std::move(frames)), checkpoint_files_(std::move(checkpoints)) {}
   Status sweep(Blobs& files, const char* table);
+  Status publish(Blobs& files, const char* table, const Blobs::Written& written, const Database::Body& row);
   void remove_unnamed(Blobs& files, const char* table, const Digest& blob);
   Status drop(Blobs& files, const char* table, const std::string& job, std::size_t keep);
 
   Database& database_;
   const std::unique_ptr<Blobs> frame_files_;
   const std::unique_ptr<Blobs> checkpoint_files_;
-  std::mutex changing_;  ///< a blob that is put must not lose its file before it has its row
+  std::mutex changing_;  ///< a blob that is published must not lose its file before it has its row; never held for long
 };
 
 }  // namespace photond

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <future>
 #include <limits>
 
 #include "server/store/record_text.h"
@@ -319,6 +320,20 @@ TEST_F(JobFilesTest, TwoCheckpointsAreKept) {
   EXPECT_EQ(files().checkpoints("a")->size(), 1u);
   ASSERT_TRUE(files().drop_checkpoints("a").ok());
   EXPECT_EQ(files().checkpoint_files().total_bytes(), 0u);
+}
+
+TEST_F(JobFilesTest, NobodyWaitsForACheckpointThatIsBeingWritten) {
+  ASSERT_TRUE(checkpoint("a", 1, "film").ok());
+  std::future<Status> other;
+  const Status written = files().put_checkpoint("b", 1, 1, [&](const Blobs::Sink& sink) {
+    other = std::async(std::launch::async, [&] { return files().drop_checkpoints("a"); });
+    EXPECT_EQ(other.wait_for(std::chrono::seconds(1)), std::future_status::ready);
+    return sink(bytes_of("film"));
+  });
+  EXPECT_TRUE(written.ok());
+  EXPECT_TRUE(other.get().ok());
+  const auto kept = files().checkpoints("b");
+  EXPECT_EQ(**files().read(kept->at(0)), bytes_of("film")) << "though what was dropped was the same";
 }
 
 TEST_F(JobFilesTest, NothingStaysOfAJobThatIsGone) {
