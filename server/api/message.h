@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "server/store/file.h"
 #include "server/store/keys.h"
 
 namespace photond {
@@ -52,13 +53,6 @@ struct Request {
 
 using SharedBytes = std::shared_ptr<const std::vector<std::byte>>;
 
-/// A part of bytes: `length` of them from `first` on.
-struct Slice {
-  SharedBytes bytes;
-  std::size_t first = 0;
-  std::size_t length = 0;
-};
-
 /// The next piece of an endless body: waits at most about a second, then returns what there is (perhaps
 /// nothing); no value at the end.
 using Pieces = std::function<std::optional<std::string>()>;
@@ -67,7 +61,7 @@ struct Response {
   int status = 200;
   std::string content_type;
   std::vector<std::pair<std::string, std::string>> headers;
-  std::variant<std::string, SharedBytes, Slice, Pieces> body;
+  std::variant<std::string, SharedBytes, FileBytes, Pieces> body;
   std::string refusal;  ///< the code of a problem, for logs and metrics; else empty
 };
 

@@ -48,10 +48,10 @@ Response ranged(const Request& request, Response whole) {
   const std::string text = request.header("range");
   const std::string condition = request.header("if-range");
   if (text.empty() || (!condition.empty() && condition != etag_of(whole))) return whole;
-  const SharedBytes bytes = std::get<SharedBytes>(whole.body);
-  const std::string size = std::to_string(bytes->size());
+  FileBytes& bytes = std::get<FileBytes>(whole.body);
+  const std::string size = std::to_string(bytes.length);
   bool unsatisfiable = false;
-  const auto range = parse_range(text, bytes->size(), unsatisfiable);
+  const auto range = parse_range(text, bytes.length, unsatisfiable);
   if (unsatisfiable) {
     Response refusal = problem(416, "range_not_satisfiable", "there are " + size + " bytes");
     refusal.headers.emplace_back("Content-Range", "bytes */" + size);
@@ -61,7 +61,7 @@ Response ranged(const Request& request, Response whole) {
   whole.status = 206;
   whole.headers.emplace_back("Content-Range",
                              "bytes " + std::to_string(range->first) + "-" + std::to_string(range->last) + "/" + size);
-  whole.body = Slice{bytes, range->first, range->last - range->first + 1};
+  bytes = {bytes.file, bytes.first + range->first, range->last - range->first + 1};
   return whole;
 }
 

@@ -154,23 +154,38 @@ SharedBytes to_bytes(const std::string& text) {
   return std::make_shared<const std::vector<std::byte>>(begin, begin + text.size());
 }
 
-Slice all_of(const SharedBytes& bytes) { return {bytes, 0, bytes->size()}; }
+/// Gives the sink `length` bytes of a body, at most kPieceBytes, from `offset` on; false where that cannot be. Throws
+/// nothing: that would end the process.
+using Give = std::function<bool(std::size_t offset, std::size_t length, httplib::DataSink& sink)>;
+
+Give from_memory(SharedBytes bytes) {
+  return [bytes = std::move(bytes)](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+    return sink.write(reinterpret_cast<const char*>(bytes->data()) + offset, length);
+  };
+}
+
+Give from_file(const FileBytes& bytes) {
+  const auto piece = std::make_shared<std::vector<std::byte>>(std::min<std::uint64_t>(kPieceBytes, bytes.length));
+  return [bytes, piece](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+    const std::span<std::byte> wanted(piece->data(), length);
+    return bytes.file->read_at(wanted, bytes.first + offset).ok() &&
+           sink.write(reinterpret_cast<const char*>(wanted.data()), length);
+  };
+}
 
 /// Bodies leave in pieces, by content providers, which the library never compresses: a strong ETag names exactly
 /// these bytes. The seat is kept until the last byte has left.
-void write_bytes(const Slice& slice, const std::string& type, const std::shared_ptr<void>& seat,
+void write_bytes(std::size_t size, Give give, const std::string& type, const std::shared_ptr<void>& seat,
                  httplib::Response& out) {
-  if (slice.length == 0) {
+  if (size == 0) {
     if (!type.empty()) out.set_content(std::string(), type);
     return;
   }
-  out.set_content_provider(slice.length, type,
-                           [slice, seat](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-                             if (offset >= slice.length) return false;
-                             const std::size_t n = std::min({length, kPieceBytes, slice.length - offset});
-                             const auto* from = slice.bytes->data() + slice.first + offset;
-                             return sink.write(reinterpret_cast<const char*>(from), n);
-                           });
+  const auto provider = [size, give = std::move(give), seat](std::size_t offset, std::size_t length,
+                                                             httplib::DataSink& sink) {
+    return offset < size && give(offset, std::min({length, kPieceBytes, size - offset}), sink);
+  };
+  out.set_content_provider(size, type, provider);
 }
 
 void write_stream(Pieces pieces, const std::string& type, const std::shared_ptr<void>& seat, Conversation& conversation,
@@ -269,11 +284,11 @@ void HttpServer::State::answer(Arrival& arrival, const httplib::Request& in, Con
     if (name == "Location") line.with("location", value);  // says which job a request made
   }
   if (const auto* text = std::get_if<std::string>(&response.body)) {
-    write_bytes(all_of(to_bytes(*text)), response.content_type, served.seat, out);
+    write_bytes(text->size(), from_memory(to_bytes(*text)), response.content_type, served.seat, out);
   } else if (const auto* bytes = std::get_if<SharedBytes>(&response.body)) {
-    write_bytes(all_of(*bytes), response.content_type, served.seat, out);
-  } else if (const auto* slice = std::get_if<Slice>(&response.body)) {
-    write_bytes(*slice, response.content_type, served.seat, out);
+    write_bytes((*bytes)->size(), from_memory(*bytes), response.content_type, served.seat, out);
+  } else if (const auto* file = std::get_if<FileBytes>(&response.body)) {
+    write_bytes(file->length, from_file(*file), response.content_type, served.seat, out);
   } else {
     write_stream(std::get<Pieces>(response.body), response.content_type, served.seat, conversation,
                  stopping.get_token(), head != nullptr && head->http10, out);

@@ -281,7 +281,7 @@ Result<Jobs::CheckpointFile> Jobs::checkpoint(const std::string& id) const {
   const auto checkpoints = files_.checkpoints(id);
   if (!checkpoints) return checkpoints.error();
   for (const JobFiles::Checkpoint& checkpoint : *checkpoints) {
-    Result<Blob> bytes = files_.read(checkpoint);
+    Result<FileBytes> bytes = files_.open(checkpoint);
     if (bytes) return CheckpointFile{checkpoint, std::move(*bytes)};
     if (bytes.error().code != ErrorCode::not_found) return bytes.error();  // else damaged, or replaced just now
   }

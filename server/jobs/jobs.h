@@ -118,7 +118,7 @@ class Jobs {
 
   struct CheckpointFile {
     JobFiles::Checkpoint about;
-    Blob bytes;
+    FileBytes bytes;
   };
   /// The newest checkpoint: an accumulator file, which `photond merge` takes. Errors: not_found (no such job, or none
   /// was written: short jobs have none), io.

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <utility>
@@ -20,6 +21,17 @@ constexpr const char* kTemporary = ".new";  // ends the name of a file that is b
 std::uint64_t size_of(const fs::path& path) {
   struct stat status {};
   return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+}
+
+Result<Digest> digest_of(const FileBytes& bytes) {
+  std::vector<std::byte> piece(std::min<std::uint64_t>(bytes.length, 1 << 20));
+  Hasher hasher;
+  for (std::uint64_t at = 0; at < bytes.length; at += piece.size()) {
+    piece.resize(std::min<std::uint64_t>(piece.size(), bytes.length - at));
+    if (const Status read = bytes.file->read_at(piece, bytes.first + at); !read) return read.error();
+    hasher.update(piece);
+  }
+  return hasher.finish();
 }
 
 }  // namespace
@@ -81,6 +93,7 @@ Status Blobs::publish(const Written& written) {
     return system_error("cannot rename " + written.temporary_.string(), errno);
   }
   total_bytes_ += size_of(path) - before;
+  checked_.insert(written.name_);
   return sync_folder(folder_);
 }
 
@@ -99,9 +112,34 @@ Result<Blobs::Bytes> Blobs::get(const Digest& name) {
   Result<std::vector<std::byte>> bytes = read_whole(path_of(name));
   if (!bytes) return bytes.error();
   if (sha256(*bytes) == name) return std::make_shared<const std::vector<std::byte>>(std::move(*bytes));
+  return drop_damaged(name);
+}
+
+Result<FileBytes> Blobs::open_file(const Digest& name) {
+  const fs::path path = path_of(name);
+  const std::uint64_t size = size_of(path);
+  Result<File> opened = File::open(path, O_RDONLY);
+  if (!opened) {
+    if (!fs::exists(path)) return Error{ErrorCode::not_found, path.string() + " is missing", ""};
+    return opened.error();
+  }
+  FileBytes bytes{std::make_shared<const File>(std::move(*opened)), 0, size};
+  {
+    const std::lock_guard lock(changing_);
+    if (checked_.contains(name)) return bytes;
+  }
+  const Result<Digest> found = digest_of(bytes);
+  if (!found) return found.error();
+  if (*found != name) return drop_damaged(name);
+  const std::lock_guard lock(changing_);
+  checked_.insert(name);
+  return bytes;
+}
+
+Error Blobs::drop_damaged(const Digest& name) {
   ++damaged_;
   if (const Status removed = remove(name); !removed) return removed.error();
-  return Error{ErrorCode::not_found, "the file " + path_of(name).string() + " was damaged and is dropped", ""};
+  return {ErrorCode::not_found, "the file " + path_of(name).string() + " was damaged and is dropped", ""};
 }
 
 Status Blobs::remove(const Digest& name) {
@@ -113,6 +151,7 @@ Status Blobs::remove(const Digest& name) {
     return system_error("cannot remove " + path.string(), errno);
   }
   total_bytes_ -= size;
+  checked_.erase(name);
   return Done{};
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -44,6 +45,9 @@ class Blobs {
 
   /// Errors: not_found (also for a damaged one, which is removed), io.
   Result<Bytes> get(const Digest& name);
+  /// The same as a file, for what is large: nothing of it is kept in memory. Checked whole when it is first opened, but
+  /// where this process has written it.
+  Result<FileBytes> open_file(const Digest& name);
   /// Removing what is not there is no error.
   Status remove(const Digest& name);
   /// Removes every blob for which `wanted` is false; returns how many. For the start: what is just being put has no
@@ -61,9 +65,11 @@ class Blobs {
   explicit Blobs(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   Status list(const std::function<Status(const Digest&)>& visit) const;
+  Error drop_damaged(const Digest& name);
 
   const std::filesystem::path folder_;
-  std::mutex changing_;  ///< names in the folder and the total change together
+  std::mutex changing_;  ///< names in the folder, the total and the next change together
+  std::set<Digest> checked_;  ///< known to be what their names say
   std::atomic<std::uint64_t> total_bytes_{0};
   std::atomic<std::uint64_t> next_temporary_{0};
   std::atomic<std::uint64_t> damaged_{0};

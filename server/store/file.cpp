@@ -48,6 +48,18 @@ Status File::write(std::span<const std::byte> bytes) {
   return Done{};
 }
 
+Status File::read_at(std::span<std::byte> bytes, std::uint64_t offset) const {
+  while (!bytes.empty()) {
+    const ssize_t got = ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return system_error("cannot read", errno);
+    if (got == 0) return Error{ErrorCode::io, "the file ends early", ""};
+    bytes = bytes.subspan(static_cast<std::size_t>(got));
+    offset += static_cast<std::uint64_t>(got);
+  }
+  return Done{};
+}
+
 Status File::sync() {
   if (::fsync(descriptor_) != 0) return system_error("cannot write to the disk", errno);
   return Done{};

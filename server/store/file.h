@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -36,9 +38,18 @@ class File {
   Status write(std::span<const std::byte> bytes);
   /// Returns once what was written is on the disk.
   Status sync();
+  /// Fills `bytes` with what stands from `offset` on; several threads may at once. Errors: io, also where it ends.
+  Status read_at(std::span<std::byte> bytes, std::uint64_t offset) const;
 
  private:
   int descriptor_ = -1;
+};
+
+/// A part of a file, or all of it, which can be read though its name may go meanwhile.
+struct FileBytes {
+  std::shared_ptr<const File> file;
+  std::uint64_t first = 0;
+  std::uint64_t length = 0;
 };
 
 /// Makes what was renamed, created or removed in a folder durable.

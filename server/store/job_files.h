@@ -41,6 +41,8 @@ class JobFiles {
   Result<std::vector<Checkpoint>> checkpoints(const std::string& job);
   /// Errors: not_found for a damaged one, io.
   Result<Blob> read(const Checkpoint& checkpoint) { return checkpoint_files_->get(checkpoint.blob); }
+  /// The same as a file. Errors: as read.
+  Result<FileBytes> open(const Checkpoint& checkpoint) { return checkpoint_files_->open_file(checkpoint.blob); }
   /// Removes all but the newest `keep`.
   Status drop_checkpoints(const std::string& job, std::size_t keep = 0);
   /// Removes the pictures of a job.

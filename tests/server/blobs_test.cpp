@@ -87,6 +87,32 @@ TEST_F(BlobsTest, ADamagedOneIsNotServedButDroppedAndCanBePutAgain) {
   EXPECT_EQ(blobs_->get(*blobs_->put(bytes_of("x"))).ok(), true);
 }
 
+TEST_F(BlobsTest, AreReadAsFilesOnceTheyWereChecked) {
+  const std::string text(3'000'000, 'x');
+  const auto name = blobs_->put(bytes_of(text + "end"));
+  std::string end(3, ' ');
+  const auto read_end = [&] {
+    const auto file = blobs_->open_file(*name);
+    ASSERT_TRUE(file.ok()) << file.error().message;
+    EXPECT_EQ(file->length, text.size() + 3);
+    EXPECT_TRUE(blobs_->remove(*name).ok());
+    const auto into = std::as_writable_bytes(std::span(end));
+    EXPECT_TRUE(file->file->read_at(into, text.size()).ok()) << "though its name is gone";
+    EXPECT_EQ(end, "end");
+    EXPECT_FALSE(file->file->read_at(std::as_writable_bytes(std::span(end)), text.size() + 1).ok());
+    EXPECT_EQ(blobs_->open_file(*name).error().code, ErrorCode::not_found);
+  };
+  read_end();
+  ASSERT_TRUE(blobs_->put(bytes_of(text + "end")).ok());
+  open();
+  read_end();
+  ASSERT_TRUE(blobs_->put(bytes_of(text + "end")).ok());
+  open();
+  std::fstream(blobs_->path_of(*name), std::ios::in | std::ios::out) << "y";
+  EXPECT_EQ(blobs_->open_file(*name).error().code, ErrorCode::not_found) << "of an earlier life, and damaged";
+  EXPECT_EQ(files(), 0u);
+}
+
 TEST_F(BlobsTest, PuttingOverADamagedOneMendsIt) {
   const auto name = blobs_->put(bytes_of("abc"));
   std::ofstream(blobs_->path_of(*name), std::ios::trunc) << "?";

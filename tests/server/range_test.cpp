@@ -1,6 +1,11 @@
 #include "server/api/range.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/support/temporary_folder.h"
 
 namespace photond {
 namespace {
@@ -9,18 +14,18 @@ namespace {
 std::pair<int, std::string> ask(const std::string& range, const std::string& condition = {}) {
   Response whole;
   whole.headers.emplace_back("ETag", "\"v1\"");
-  std::vector<std::byte> bytes;
-  for (const char c : std::string("0123456789")) bytes.push_back(static_cast<std::byte>(c));
-  whole.body = std::make_shared<const std::vector<std::byte>>(bytes);
+  const test::TemporaryFolder folder;
+  std::ofstream(folder.file("digits")) << "(0123456789)";
+  const auto file = std::make_shared<const File>(std::move(*File::open(folder.file("digits"), O_RDONLY)));
+  whole.body = FileBytes{file, 1, 10};
   Request request;
   if (!range.empty()) request.headers["range"] = range;
   if (!condition.empty()) request.headers["if-range"] = condition;
   const Response got = ranged(request, whole);
   std::string text;
-  if (const auto* all = std::get_if<SharedBytes>(&got.body)) {
-    for (const std::byte b : **all) text += static_cast<char>(b);
-  } else if (const auto* slice = std::get_if<Slice>(&got.body)) {
-    for (std::size_t i = 0; i < slice->length; ++i) text += static_cast<char>(slice->bytes->at(slice->first + i));
+  if (const auto* part = std::get_if<FileBytes>(&got.body)) {
+    text.resize(part->length);
+    EXPECT_TRUE(part->file->read_at(std::as_writable_bytes(std::span(text)), part->first).ok());
   }
   for (const auto& [name, value] : got.headers) {
     if (name == "Content-Range") text += " " + value;
