@@ -4,6 +4,8 @@
 #include <string_view>
 #include <utility>
 
+#include "server/jobs/take_turn.h"
+
 namespace photond {
 
 namespace {
@@ -55,11 +57,8 @@ Result<Environment> EnvironmentLibrary::environment(const EnvironmentChoice& cho
 
 Result<std::shared_ptr<const EnvironmentLibrary::Decoded>> EnvironmentLibrary::decode(
     const std::vector<std::byte>& bytes, const std::stop_token& stop) {
-  using namespace std::chrono_literals;
-  std::unique_lock turn(decoding_, std::defer_lock);
-  while (!turn.try_lock_for(50ms)) {
-    if (stop.stop_requested()) return cancelled();
-  }
+  const auto turn = take_turn(decoding_, stop);
+  if (!turn) return cancelled();
   auto map = read_environment(bytes);
   if (!map) return map.error();
   const std::uint64_t size = sizeof(Decoded) + (*map)->memory_bytes();

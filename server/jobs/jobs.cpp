@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/jobs/stop_rule.h"
+#include "server/jobs/take_turn.h"
 #include "server/store/file.h"
 
 namespace photond {
@@ -93,7 +94,12 @@ Result<Plan> Jobs::check(const JobSpec& spec, std::stop_token stop) {
 
 Result<JobEstimate> Jobs::estimate(const JobSpec& spec, std::stop_token stop) {
   if (const Result<Plan> plan = check(spec, stop); !plan) return plan.error();
-  const std::lock_guard lock(estimating_);
+  if (!estimates_.try_acquire()) {
+    return Error{ErrorCode::limit_exceeded, "too many dry runs at once; try again later", "queue"};
+  }
+  const std::shared_ptr<void> place(&estimates_, [](std::counting_semaphore<2>* places) { places->release(); });
+  const auto turn = take_turn(estimating_, stop);
+  if (!turn) return cancelled();
   const Execution execution = workers_.execution(stop);
   const auto scene = scenes_.prepared(spec.scene, spec.environment, execution);
   if (!scene) return scene.error();

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <semaphore>
 #include <string>
 #include <thread>
 #include <vector>
@@ -72,7 +73,8 @@ class Jobs {
   /// Returns the plan that the scene gets by these settings.
   Result<Plan> check(const JobSpec& spec, std::stop_token stop);
   /// Checks, and renders a few passes of a small picture to tell what the job would cost; one at a time, beside the
-  /// jobs that run, which make it look slower. Errors: as check.
+  /// jobs that run, which make it look slower. Errors: as check; limit_exceeded with `where` "queue" while one is at it
+  /// and another waits.
   Result<JobEstimate> estimate(const JobSpec& spec, std::stop_token stop);
   /// What shall be stored together with a new job, or not at all.
   using Also = std::function<Status(Transaction&, const JobRecord&)>;
@@ -155,7 +157,8 @@ class Jobs {
   EnvironmentLibrary environments_;
   SceneLibrary scenes_;
   MapCache maps_;
-  std::mutex estimating_;
+  std::counting_semaphore<2> estimates_{2};  ///< under way and waiting
+  std::timed_mutex estimating_;
   std::atomic<std::uint64_t> passes_{0};
   const RunParts parts_;
   mutable std::mutex mutex_;  ///< of the maps below, and of what must not happen beside a change of it
