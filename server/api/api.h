@@ -62,14 +62,14 @@ class Api {
   Response unpin_map(const Request& request);
 
   // scene_handlers.cpp
-  Response post_scene(const Request& request);
+  Response post_scene(Request& request);
   Response list_scenes(const Request& request) const;
   Response get_scene(const Request& request);
   Response get_scene_file(const Request& request) const;
   Response delete_scene(const Request& request);
 
   // environment_handlers.cpp
-  Response post_environment(const Request& request);
+  Response post_environment(Request& request);
   Response list_environments(const Request& request) const;
   Response delete_environment(const Request& request);
 

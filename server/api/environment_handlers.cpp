@@ -18,8 +18,8 @@ Json environment_message(const EnvironmentRecord& environment) {
 
 }  // namespace
 
-Response Api::post_environment(const Request& request) {
-  const auto added = jobs_.environments().add(request.body, request.caller.owner(), request.stop);
+Response Api::post_environment(Request& request) {
+  const auto added = jobs_.environments().add(std::move(request.body), request.caller.owner(), request.stop);
   if (!added) return problem(added.error());
   return json_response(environment_message(added->environment), added->fresh ? 201 : 200);
 }

@@ -13,23 +13,27 @@ namespace {
 
 using Method = Response (Api::*)(const Request&);
 using ConstMethod = Response (Api::*)(const Request&) const;
+using Upload = Response (Api::*)(Request&);  ///< takes the body away
 
 /// One line of the table below: what answers an operation of the contract.
 struct Line {
-  Line(std::string m, std::string p, Method h, std::uint64_t body = 0, Seat w = Seat::request)
-      : method(std::move(m)), pattern(std::move(p)), max_body_bytes(body), seat(w), call([h](Api& api, const Request& request) {
+  Line(std::string m, std::string p, Method h, std::uint64_t body = 0)
+      : method(std::move(m)), pattern(std::move(p)), max_body_bytes(body), call([h](Api& api, Request& request) {
           return (api.*h)(request);
         }) {}
   Line(std::string m, std::string p, ConstMethod h, Seat w = Seat::request)
-      : method(std::move(m)), pattern(std::move(p)), seat(w), call([h](Api& api, const Request& request) {
+      : method(std::move(m)), pattern(std::move(p)), seat(w), call([h](Api& api, Request& request) {
           return (api.*h)(request);
         }) {}
+  Line(std::string m, std::string p, Upload h, std::uint64_t body)
+      : method(std::move(m)), pattern(std::move(p)), max_body_bytes(body), seat(Seat::upload),
+        call([h](Api& api, Request& request) { return (api.*h)(request); }) {}
 
   std::string method;
   std::string pattern;
   std::uint64_t max_body_bytes = 0;
   Seat seat = Seat::request;
-  std::function<Response(Api&, const Request&)> call;
+  std::function<Response(Api&, Request&)> call;
 };
 
 /// The first pattern that matches counts.
@@ -41,7 +45,7 @@ std::vector<Line> table(const ApiLimits& limits) {
       {"GET", "/v1/info", &Api::info},
       {"GET", "/v1/openapi.json", &Api::openapi},
 
-      {"POST", "/v1/scenes", &Api::post_scene, limits.max_upload_bytes, Seat::upload},
+      {"POST", "/v1/scenes", &Api::post_scene, limits.max_upload_bytes},
       {"GET", "/v1/scenes", &Api::list_scenes},
       {"GET", "/v1/scenes/{id}.glb", &Api::get_scene_file},
       {"GET", "/v1/scenes/{id}", &Api::get_scene},
