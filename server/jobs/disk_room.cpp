@@ -67,7 +67,8 @@ Status DiskRoom::reduce_to(std::uint64_t target, DiskUse& use) {
   }
   if (const Status dropped = drop_checkpoints(target, use); !dropped) return dropped;
   if (const Status dropped = drop_frames(target, use); !dropped) return dropped;
-  return drop_scenes(target, use);
+  if (const Status dropped = drop_scenes(target, use); !dropped) return dropped;
+  return drop_environments(target, use);
 }
 
 Status DiskRoom::drop_checkpoints(std::uint64_t target, DiskUse& use) {
@@ -100,6 +101,23 @@ Status DiskRoom::drop_scenes(std::uint64_t target, DiskUse& use) {
     if (scene.sample || needed.contains(scene.id)) continue;
     if (const Status removed = store_.remove_scene(scene.id); !removed) return removed;
     use.used -= std::min(use.used, scene.bytes);
+  }
+  return Done{};
+}
+
+Status DiskRoom::drop_environments(std::uint64_t target, DiskUse& use) {
+  if (use.used <= target) return Done{};
+  std::set<Digest> needed;
+  for (const JobRecord& job : store_.jobs()) {
+    if (!is_terminal(job.state) && job.spec.environment) needed.insert(job.spec.environment->id);
+  }
+  const auto environments = environments_.list();
+  if (!environments) return environments.error();
+  for (const EnvironmentRecord& environment : *environments) {
+    if (use.used <= target) return Done{};
+    if (needed.contains(environment.id)) continue;
+    if (const Status removed = environments_.remove(environment.id); !removed) return removed;
+    use.used -= std::min(use.used, environment.bytes);
   }
   return Done{};
 }

@@ -6,22 +6,24 @@
 #include <mutex>
 
 #include "server/store/disk_space.h"
+#include "server/store/environments.h"
 #include "server/store/job_files.h"
 #include "server/store/store.h"
 
 namespace photond {
 
 /// Keeps the data directory within its limits, by removing what can be made again or missed, in this order: photon
-/// maps; checkpoints of ended jobs; pictures of ended jobs, the oldest first; scenes that no job needs which has not
-/// ended. Thread-safe.
+/// maps; checkpoints of ended jobs; pictures of ended jobs, the oldest first; scenes, then environments, that no job
+/// needs which has not ended. Thread-safe.
 class DiskRoom {
  public:
   /// Removes files of at least so many bytes, if there are as many, and returns how many it removed.
   using Evict = std::function<std::uint64_t(std::uint64_t bytes)>;
 
-  /// `store` and `files` must outlive the object.
-  DiskRoom(std::filesystem::path folder, const DiskLimits& limits, Store& store, JobFiles& files)
-      : folder_(std::move(folder)), limits_(limits), store_(store), files_(files) {}
+  /// The references must outlive the object.
+  DiskRoom(std::filesystem::path folder, const DiskLimits& limits, Store& store, Environments& environments,
+           JobFiles& files)
+      : folder_(std::move(folder)), limits_(limits), store_(store), environments_(environments), files_(files) {}
 
   /// What removes photon maps; none at first.
   void set_map_eviction(Evict evict) { evict_maps_ = std::move(evict); }
@@ -40,11 +42,13 @@ class DiskRoom {
   Status drop_checkpoints(std::uint64_t target, DiskUse& use);
   Status drop_frames(std::uint64_t target, DiskUse& use);
   Status drop_scenes(std::uint64_t target, DiskUse& use);
+  Status drop_environments(std::uint64_t target, DiskUse& use);
   Status measure(DiskUse& use) const;
 
   const std::filesystem::path folder_;
   const DiskLimits limits_;
   Store& store_;
+  Environments& environments_;
   JobFiles& files_;
   Evict evict_maps_;
   mutable std::mutex mutex_;

@@ -46,7 +46,7 @@ Jobs::Jobs(Store& store, Environments& environments, JobFiles& files, const std:
       files_(files),
       limits_(limits),
       log_(store),
-      room_(data, limits.disk, store, files),
+      room_(data, limits.disk, store, environments, files),
       workers_(limits.threads),
       environments_(environments, room_, limits.scene_cache_bytes / 4),
       scenes_(store, environments_, room_, workers_, limits.scene_cache_bytes),

@@ -39,10 +39,8 @@ class RunJobTest : public ::testing::Test {
   const test::TemporaryStore stored_;
   EventLog log_{*stored_.store};
   const Workers workers_{1};
-  DiskRoom room_{stored_.folder.path(), {}, *stored_.store, *stored_.files};
-  const std::unique_ptr<Environments> stored_environments_{
-      std::move(*Environments::open(*stored_.database, stored_.folder.path() / "environments"))};
-  EnvironmentLibrary environments_{*stored_environments_, room_, 0};
+  DiskRoom room_{stored_.folder.path(), {}, *stored_.store, *stored_.environments, *stored_.files};
+  EnvironmentLibrary environments_{*stored_.environments, room_, 0};
   SceneLibrary scenes_{*stored_.store, environments_, room_, workers_, 0};
   MapCache maps_{0, nullptr};
   std::atomic<std::uint64_t> passes_{0};

@@ -24,11 +24,19 @@ class DiskRoomTest : public ::testing::Test {
     EXPECT_TRUE(stored_.store->put_scene(record, bytes).ok());
     return record;
   }
-  void job(const std::string& id, JobState state, const Digest& scene) {
+  EnvironmentRecord environment(int seed) {
+    const auto bytes = bytes_of(100'000, seed);
+    const EnvironmentRecord record{sha256(bytes), "image/x-exr", bytes.size(), 1, 1, {}, WallTime()};
+    EXPECT_TRUE(stored_.environments->put(record, bytes).ok());
+    return record;
+  }
+  bool has_environment(const EnvironmentRecord& record) { return stored_.environments->find(record.id)->has_value(); }
+  void job(const std::string& id, JobState state, const Digest& scene, std::optional<Digest> environment = {}) {
     JobRecord job;
     job.id = id;
     job.state = state;
     job.spec.scene = scene;
+    if (environment) job.spec.environment = EnvironmentChoice{.id = *environment};
     Event event;
     event.job = id;
     ASSERT_TRUE(stored_.store->add_job(job, event).ok());
@@ -38,7 +46,7 @@ class DiskRoomTest : public ::testing::Test {
     ASSERT_TRUE(stored_.files->put_checkpoint(id, 1, 1, content).ok());
   }
   DiskRoom room(std::uint64_t quota) {
-    return DiskRoom(stored_.folder.path(), {quota, 0}, *stored_.store, *stored_.files);
+    return DiskRoom(stored_.folder.path(), {quota, 0}, *stored_.store, *stored_.environments, *stored_.files);
   }
   std::uint64_t used() { return measure_disk(stored_.folder.path(), {}).value().used; }
   bool has_frame(const std::string& id) { return stored_.files->frame(id, 1, FrameFormat::png).ok(); }
@@ -49,9 +57,10 @@ class DiskRoomTest : public ::testing::Test {
 
 TEST_F(DiskRoomTest, WhatCanBeMissedGoesInOrder) {
   const SceneRecord idle = scene(1), needed = scene(2), sample = scene(3, true);
-  job("j-old", JobState::succeeded, idle.id);
+  const EnvironmentRecord idle_sky = environment(4), needed_sky = environment(5);
+  job("j-old", JobState::succeeded, idle.id, idle_sky.id);
   job("j-new", JobState::succeeded, idle.id);
-  job("j-live", JobState::paused, needed.id);
+  job("j-live", JobState::paused, needed.id, needed_sky.id);
   std::uint64_t asked = 0;
   const std::uint64_t all = used();
   const auto free = [&](std::uint64_t bytes) {
@@ -69,6 +78,10 @@ TEST_F(DiskRoomTest, WhatCanBeMissedGoesInOrder) {
   EXPECT_TRUE(free(150'000).ok());
   EXPECT_FALSE(has_frame("j-new"));
   EXPECT_FALSE(stored_.store->scene(idle.id));
+  EXPECT_TRUE(has_environment(idle_sky));
+  EXPECT_TRUE(free(50'000).ok());
+  EXPECT_FALSE(has_environment(idle_sky));
+  EXPECT_TRUE(has_environment(needed_sky));
   const Status none = free(1);
   ASSERT_FALSE(none.ok()) << "what is left is needed";
   EXPECT_TRUE(is_disk_full(none.error()));
