@@ -27,7 +27,7 @@ std::optional<Response> Cors::preflight(const Head& head, const std::string& met
   response.status = 204;
   response.headers = {{"Access-Control-Allow-Methods", methods},
                       {"Access-Control-Allow-Headers",
-                       "Authorization, Content-Type, Idempotency-Key, If-Match, If-None-Match, Last-Event-ID, Range"},
+                       "Authorization, Content-Type, Idempotency-Key, If-Match, If-None-Match, If-Range, Last-Event-ID, Range"},
                       {"Access-Control-Max-Age", "600"}};
   return response;
 }
@@ -38,7 +38,8 @@ void Cors::mark(const Head& head, Response& response) const {
   if (!allows(head)) return;
   response.headers.emplace_back("Access-Control-Allow-Origin", head.field("origin"));  // one of ours, so it is clean
   response.headers.emplace_back("Access-Control-Expose-Headers",
-                                "Content-Location, ETag, Idempotency-Replayed, Location, Photond-Revision, Retry-After, X-Request-Id");
+                                "Accept-Ranges, Content-Location, Content-Range, ETag, Idempotency-Replayed, Location, Photond-Passes, "
+                                "Photond-Revision, Retry-After, WWW-Authenticate, X-Request-Id");
 }
 
 }  // namespace photond
