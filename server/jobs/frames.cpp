@@ -50,6 +50,7 @@ void Frames::publish(std::uint32_t revision, Image image, std::optional<ErrorLay
   const std::size_t keep = error ? 1 : kKept - 1;
   frame->error = std::move(error);
   const std::lock_guard lock(mutex_);
+  std::erase_if(frames_, [revision](const auto& other) { return other->revision == revision; });
   while (frames_.size() > keep) frames_.erase(frames_.begin());
   frames_.push_back(std::move(frame));
 }

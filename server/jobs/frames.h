@@ -31,7 +31,7 @@ class Frames {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 
-  /// Adds a picture; the oldest beyond three, or beyond two where one comes with its `error`, are dropped. With `error` it
+  /// Adds a picture, in place of one of the same revision, of which no record could be stored; the oldest beyond three, or beyond two where one comes with its `error`, are dropped. With `error` it
   /// is encoded as 32-bit EXR with the error layers, as the result of a job always is, else as 16-bit.
   void publish(std::uint32_t revision, Image image, std::optional<ErrorLayers> error);
   /// Errors: not_found (never published, without its error, or no longer kept), the encoder's own,
