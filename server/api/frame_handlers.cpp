@@ -71,10 +71,10 @@ Response Api::get_frame(const Request& request) const {
   if (request.captures[1] == "latest") return latest_frame(request, wish);
   look(*job, wish);
   const auto revision = static_cast<std::uint32_t>(whole_parameter(request, "rev"));
-  const std::string etag = frame_etag(id, revision, wish);
-  if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
   Response response = frame_response(id, revision, wish);
   if (response.status != 200) return response;
+  const std::string etag = frame_etag(id, revision, wish);
+  if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
   response.headers.emplace_back("ETag", etag);
   response.headers.emplace_back("Cache-Control", "private, max-age=31536000, immutable");
   return response;
@@ -85,22 +85,21 @@ Response Api::latest_frame(const Request& request, const FrameWish& wish) const 
   const std::uint64_t after = whole_parameter(request, "after");
   const auto watched = jobs_.job(id);
   std::optional<JobRecord> job;
+  Response response;
   wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
     if (watched) look(*watched, wish);
     job = store_.job(id);
-    if (!job || is_terminal(job->state)) return true;
-    if (job->revision <= after) return false;
-    // Pictures come with their error from the first look at it on.
-    return !wish.of_error() || job->state == JobState::paused || (watched && watched->frames.has_error(job->revision));
+    if (!job || job->revision <= after) return !job || is_terminal(job->state);
+    response = frame_response(id, job->revision, wish);
+    // A job that was put back by a restart has no picture until it has gone on a little, and pictures come with their
+    // error from the first look at it on.
+    return response.status != 404 || is_terminal(job->state) || job->state == JobState::paused;
   });
   if (!job) return no_job(id);
-  if (job->revision <= after) return no_newer_frame();
+  if (job->revision <= after || (response.status == 404 && !is_terminal(job->state))) return no_newer_frame();
+  if (response.status != 200) return response;
   const std::string etag = frame_etag(id, job->revision, wish);
   if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
-  Response response = frame_response(id, job->revision, wish);
-  // A job that was put back by a restart has no picture until it has gone on a little.
-  if (response.status == 404 && !is_terminal(job->state)) return no_newer_frame();
-  if (response.status != 200) return response;
   response.headers.emplace_back("ETag", etag);
   response.headers.emplace_back("Cache-Control", "no-cache");
   response.headers.emplace_back("Content-Location", frame_path(id, job->revision, wish));

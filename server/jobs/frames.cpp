@@ -84,11 +84,6 @@ Result<Frames::Bytes> Frames::get(std::uint32_t revision, FrameFormat format, Fr
   return bytes;
 }
 
-bool Frames::has_error(std::uint32_t revision) const {
-  const std::shared_ptr<Frame> frame = find(revision);
-  return frame && frame->error;
-}
-
 Result<Frames::Bytes> Frames::quick_exr(std::uint32_t revision) const {
   const std::shared_ptr<Frame> frame = find(revision);
   if (!frame) return not_kept(revision);

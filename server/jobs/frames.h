@@ -31,14 +31,14 @@ class Frames {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 
-  /// Adds a picture, in place of one of the same revision, of which no record could be stored; the oldest beyond three, or beyond two where one comes with its `error`, are dropped. With `error` it
-  /// is encoded as 32-bit EXR with the error layers, as the result of a job always is, else as 16-bit.
+  /// Adds a picture, in place of one of the same revision, of which no record could be stored; the oldest beyond three,
+  /// or beyond two where one comes with its `error`, are dropped. With `error` it is encoded as 32-bit EXR with the error
+  /// layers, as the result of a job always is, else as 16-bit.
   void publish(std::uint32_t revision, Image image, std::optional<ErrorLayers> error);
   /// Errors: not_found (never published, without its error, or no longer kept), the encoder's own,
   /// cancelled, as soon as `stop` asks.
   Result<Bytes> get(std::uint32_t revision, FrameFormat format, FrameLayer layer = FrameLayer::radiance,
                     const std::stop_token& stop = {}) const;
-  bool has_error(std::uint32_t revision) const;
   /// Whether any picture was ever asked for.
   bool asked() const { return asked_; }
   /// The picture as EXR: what `get` has made already, else one that is large but takes little time to make; from now on

@@ -122,6 +122,42 @@ TEST_F(CanceledPictureTest, IsThereInEveryFormatWhereSomebodyHas) {
   EXPECT_EQ(pixels(get(port_, latest + "exr").body).size(), 320u * 240u);
 }
 
+TEST(FramesOfARunningJob, ARevisionThatComesAgainTakesThePlaceOfTheFirst) {
+  Frames frames;
+  const auto grey = [](float value) {
+    Image image(1, 1);
+    image.pixels = {Rgb(value)};
+    return image;
+  };
+  frames.publish(1, grey(0.1f), std::nullopt);
+  frames.publish(2, grey(0.2f), std::nullopt);
+  frames.publish(2, grey(0.8f), std::nullopt);
+  const auto second = frames.get(2, FrameFormat::exr);
+  ASSERT_TRUE(second.ok());
+  EXPECT_NEAR(decode_exr(**second)->pixels[0].r, 0.8f, 1e-3f) << "of the passes that its record tells of";
+  EXPECT_TRUE(frames.get(1, FrameFormat::exr).ok());
+}
+
+TEST_F(FramesTest, APictureThatNeverWasHasNotStayedTheSame) {
+  const std::string id = submit(upload(), R"("method":"path","stop":{"passes":2})");
+  const json done = wait_for_end(id);
+  const Fields any{{"If-None-Match", "*"}};
+  const std::string frames = "/v1/jobs/" + id + "/frames/";
+  EXPECT_EQ(get(port_, frames + "999.png", any).status, 404);
+  EXPECT_EQ(get(port_, frames + "999.png", {{"If-None-Match", "\"" + id + ".999.png\""}}).status, 404);
+  EXPECT_EQ(get(port_, done["urls"]["frame"].get<std::string>() + ".png", any).status, 304);
+  EXPECT_EQ(get(port_, frames + "latest.png", any).status, 304);
+}
+
+TEST_F(FramesTest, AfterARestartOneWaitsForThePictureAsBefore) {
+  const std::string id = submit(upload(), R"("method":"path","film":{"width":800,"height":600},"stop":{"seconds":600})");
+  const std::string latest = "/v1/jobs/" + id + "/frames/latest.jpg?wait=20";
+  ASSERT_EQ(get(port_, latest).status, 200);
+  restart();
+  EXPECT_EQ(get(port_, latest).status, 200);
+  EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/cancel").status, 202);
+}
+
 TEST(FramesOfAnEndedJob, ChangeNoBytesThatSomebodyHas) {
   Frames frames;
   frames.publish(1, Image(64, 64), std::nullopt);
@@ -145,8 +181,6 @@ TEST(FramesLayers, ShowAnErrorThreeStopsBrighter) {
   faint.pixels = {Rgb(0.5f / 8), Rgb(0.25f / 8)};
   frames.publish(1, grey, std::nullopt);
   frames.publish(2, grey, ErrorLayers{faint, Image(2, 1), Image(2, 1)});
-  EXPECT_FALSE(frames.has_error(1));
-  EXPECT_TRUE(frames.has_error(2));
   EXPECT_EQ(frames.get(1, FrameFormat::png, FrameLayer::noise).error().code, ErrorCode::not_found);
   EXPECT_EQ(**frames.get(2, FrameFormat::png, FrameLayer::noise), **frames.get(1, FrameFormat::png));
   const auto exr = frames.get(2, FrameFormat::exr);
