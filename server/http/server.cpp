@@ -107,6 +107,10 @@ class Exchange : private httplib::Server {
       answerer(in, out);
       return HandlerResponse::Handled;
     });
+    // Where there can be no body its length is not told (RFC 9110, 8.6): the library would say 0.
+    set_post_routing_handler([](const httplib::Request&, httplib::Response& out) {
+      if (out.status == 204 || out.status == 304) out.headers.erase("Content-Length");
+    });
     // What it refuses itself, with a body of ours.
     set_error_handler([answerer](const httplib::Request& in, httplib::Response& out) {
       if (!out.has_header("X-Request-Id")) answerer(in, out);
