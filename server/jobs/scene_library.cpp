@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 #include <utility>
 
 #include "core/render/render.h"
@@ -20,6 +21,12 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!file) return Error{ErrorCode::io, "cannot read " + path.string(), ""};
   return bytes;
+}
+
+/// A GLB that is sent as JSON text is one all the same.
+std::string true_type(const std::vector<std::byte>& bytes, const std::string& media_type) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return media_type == "model/gltf+json" && text.starts_with("glTF") ? "model/gltf-binary" : media_type;
 }
 
 Result<Scene> parse(std::span<const std::byte> bytes, const std::string& media_type) {
@@ -105,7 +112,7 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
   auto described = summaries_.get_or_build(
       id, [&] { return summarize(scene->value, execution); }, stop);
   if (!described) return described.error();
-  SceneRecord record{id, "", media_type, blob->size(), false, std::chrono::system_clock::now(), owner.key};
+  SceneRecord record{id, "", true_type(*blob, media_type), blob->size(), false, std::chrono::system_clock::now(), owner.key};
   if (const Status put = store_.put_scene(record, *blob, owner.limits.bytes); !put) return put.error();
   return Added{record, true};
 }

@@ -42,6 +42,14 @@ TEST_F(ServiceTest, AnUploadIsReportedAndNamedByItsContent) {
   EXPECT_EQ(request(port_, "DELETE", self).status, 404);
 }
 
+TEST_F(ServiceTest, AGlbIsOneWhateverItIsSentAs) {
+  const std::string glb = small_glb();
+  const json scene = json::parse(request(port_, "POST", "/v1/scenes", glb, "model/gltf+json").body);
+  EXPECT_EQ(scene["media_type"], "model/gltf-binary");
+  ASSERT_TRUE(scene["urls"]["glb"].is_string()) << scene["urls"];
+  EXPECT_EQ(get(port_, scene["urls"]["glb"]).body, glb);
+}
+
 TEST_F(ServiceTest, ABrokenSceneIsAProblemThatNamesThePlace) {
   std::string glb = small_glb();
   glb.replace(glb.find("\"count\":4"), 9, "\"count\":9");
