@@ -11,6 +11,9 @@ export default defineConfig({
     modulePreload: { polyfill: false },
     rollupOptions: { input: { index: 'index.html', docs: 'docs.html' } },
   },
-  server: { proxy: { '/v1': service, '/healthz': service } },
+  // The service refuses changes where Host and Origin differ, so it hears the browser's Host.
+  server: {
+    proxy: Object.fromEntries(['/v1', '/healthz'].map((path) => [path, { target: service, changeOrigin: false }])),
+  },
   test: { include: ['test/**/*.test.ts'] },
 });

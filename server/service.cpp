@@ -171,7 +171,8 @@ Result<std::unique_ptr<Service>> Service::start(const ServiceOptions& options) {
                          options.port,
                          {options.max_streams, options.max_uploads, options.max_requests},
                          options.patience,
-                         std::move(*cors)};
+                         std::move(*cors),
+                         [&keys = state->keys, insecure = options.insecure] { return insecure || keys.required(); }};
   Result<std::unique_ptr<HttpServer>> server =
       HttpServer::start(http, std::move(*routes), std::move(files), state->counts);
   if (!server) return server.error();

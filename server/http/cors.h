@@ -17,6 +17,7 @@ class Cors {
   /// Origins as browsers send them, `https://example.org`. Errors: invalid_input for what is none.
   static Result<Cors> of(std::vector<std::string> origins);
 
+  const std::vector<std::string>& origins() const { return origins_; }
   /// Whether the request comes from a page of one of them.
   bool allows(const Head& head) const;
   /// The answer to a browser that asks whether it may send one of `methods` here; nothing where this is no such question.

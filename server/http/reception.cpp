@@ -7,6 +7,7 @@
 
 #include "server/api/problem.h"
 #include "server/http/body.h"
+#include "server/http/origin.h"
 
 namespace photond {
 
@@ -88,8 +89,8 @@ Served Reception::find(Arrival& arrival, const Head& head, const std::string& pa
                        const std::stop_token& stop) {
   Served served;
   const std::string method = head.method == "HEAD" ? "GET" : head.method;
-  if (method != "GET" && bare(head.field("sec-fetch-site")) == "cross-site" && !cors_.allows(head)) {
-    served.response = problem(403, "forbidden", "other sites may not change anything here");
+  if (const auto refusal = refuse_origin(head, cors_, any_host_())) {
+    served.response = problem(403, "forbidden", *refusal);
     return served;
   }
   const auto enter = [&](const std::string& route, Seat seat) {

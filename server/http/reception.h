@@ -2,6 +2,7 @@
 
 #include <array>
 #include <atomic>
+#include <functional>
 #include <map>
 #include <memory>
 #include <stop_token>
@@ -33,10 +34,12 @@ struct Served {
 /// Finds who answers a request, checks what any route would have to check, reads the body. Knows no library.
 class Reception {
  public:
-  /// `counts` must outlive the object.
-  Reception(const Seats& seats, std::vector<Route> routes, StaticFiles files, Cors cors, RequestCounts& counts)
+  /// `any_host` tells whether the service may be asked by whatever name (see refuse_origin). `counts` must outlive the
+  /// object.
+  Reception(const Seats& seats, std::vector<Route> routes, StaticFiles files, Cors cors, std::function<bool()> any_host,
+            RequestCounts& counts)
       : limits_{seats.requests, seats.uploads, seats.streams}, routes_(std::move(routes)), files_(std::move(files)),
-        cors_(std::move(cors)), counts_(counts) {}
+        cors_(std::move(cors)), any_host_(std::move(any_host)), counts_(counts) {}
 
   /// Answers `arrival`, whose target decodes to `path` and `query`. Throws nothing of its own, but handlers may.
   Served answer(Arrival& arrival, const std::string& path, const std::multimap<std::string, std::string>& query,
@@ -55,6 +58,7 @@ class Reception {
   const std::vector<Route> routes_;
   const StaticFiles files_;
   const Cors cors_;
+  const std::function<bool()> any_host_;
   RequestCounts& counts_;
 };
 

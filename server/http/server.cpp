@@ -220,7 +220,7 @@ void write_stream(Pieces pieces, const std::string& type, const std::shared_ptr<
 struct HttpServer::State {
   State(const HttpOptions& options, std::vector<Route> routes, StaticFiles files, RequestCounts& c)
       : counts(c),
-        reception(options.seats, std::move(routes), std::move(files), options.cors, c),
+        reception(options.seats, std::move(routes), std::move(files), options.cors, options.any_host, c),
         crew(static_cast<std::size_t>(options.seats.streams + options.seats.uploads + options.seats.requests + kSpareThreads)) {}
 
   bool enter(Arrival&& arrival);

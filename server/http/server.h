@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ struct HttpOptions {
   Seats seats;
   std::chrono::milliseconds patience{10'000};  ///< for a request's head to arrive
   Cors cors;
+  /// Whether it answers by whatever name it is asked (see refuse_origin), at this moment.
+  std::function<bool()> any_host = [] { return true; };
 };
 
 /// HTTP/1.1: a doorman, a reception, a crew of threads, and cpp-httplib between them. Knows routes only as a table,

@@ -49,8 +49,8 @@ export async function slow_loris({ start, figures, seconds }) {
   figures.note('/healthz p99 while rendering, otherwise idle', `${quantile(idle, 0.99).toFixed(2)} ms`);
   const begins = [
     'GET /healthz HTTP/1.1\r\nX: ',
-    'POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: 60000\r\n\r\n{',
-    'POST /v1/scenes HTTP/1.1\r\nHost: x\r\nContent-Type: model/gltf-binary\r\nContent-Length: 9000000\r\n\r\n',
+    'POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 60000\r\n\r\n{',
+    'POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nContent-Type: model/gltf-binary\r\nContent-Length: 9000000\r\n\r\n',
   ];
   const crowd = Array.from({ length: 500 }, (_, i) => new Dawdler(server.port, begins[i % 3]));
   await sleep(1000);

@@ -53,7 +53,7 @@ TEST_F(ServiceTest, AViewerThatGoesEndsNoJob) {
   const std::string id = submit(upload(), R"("method":"path","stop":{"seconds":2})");
   {
     Connection viewer(port_);
-    viewer.send("GET /v1/jobs/" + id + "/stream.mjpg HTTP/1.1\r\nHost: x\r\n\r\n");
+    viewer.send("GET /v1/jobs/" + id + "/stream.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
     viewer.read_until("image/jpeg", 10s);
   }
   EXPECT_EQ(wait_for_end(id)["state"], "succeeded");

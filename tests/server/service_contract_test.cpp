@@ -148,35 +148,48 @@ TEST_F(ServiceTest, TheListOfScenesIsPaged) {
   EXPECT_EQ(get(port_, "/v1/scenes?cursor=x").status, 400);
 }
 
-TEST_F(ServiceTest, OtherSitesAreNotLetInUnlessNamed) {
-  const Fields asked{{"Origin", "https://example.org"}, {"Access-Control-Request-Method", "POST"}};
-  EXPECT_EQ(request(port_, "OPTIONS", "/v1/jobs", "", "", asked).status, 405);
-  EXPECT_EQ(get(port_, "/v1/jobs", asked).headers.count("access-control-allow-origin"), 0u);
-
+TEST_F(ServiceTest, LargeBodiesTakeTheSeatsOfUploads) {
   ServiceOptions options;
-  options.cors_origins = {"https://example.org", "http://localhost:5173"};
+  options.max_uploads = 1;
   start(options);
-  const Reply preflight = request(port_, "OPTIONS", "/v1/jobs", "", "", asked);
-  EXPECT_EQ(preflight.status, 204);
-  EXPECT_EQ(preflight.headers.at("access-control-allow-origin"), "https://example.org");
-  EXPECT_EQ(preflight.headers.at("access-control-allow-methods"), "POST, GET");
-  EXPECT_NE(preflight.headers.at("access-control-allow-headers").find("Authorization"), std::string::npos);
-  const Reply answer = get(port_, "/v1/jobs", asked);
-  EXPECT_EQ(answer.headers.at("access-control-allow-origin"), "https://example.org");
-  EXPECT_EQ(answer.headers.at("vary"), "Origin");
-  EXPECT_NE(answer.headers.at("access-control-expose-headers").find("ETag"), std::string::npos);
-  const Fields cross{{"Origin", "https://example.org"}, {"Sec-Fetch-Site", "cross-site"}};
-  EXPECT_EQ(request(port_, "POST", "/v1/jobs/x/cancel", "", "", cross).status, 404) << "let in, though from elsewhere";
-  for (const char* origin : {"https://example.org.evil.net", "http://example.org", "https://example.org:444", "null"}) {
-    const Fields other{{"Origin", origin}, {"Access-Control-Request-Method", "POST"}, {"Sec-Fetch-Site", "cross-site"}};
-    EXPECT_EQ(request(port_, "OPTIONS", "/v1/jobs", "", "", other).headers.count("access-control-allow-origin"), 0u);
-    EXPECT_EQ(request(port_, "POST", "/v1/jobs/x/cancel", "", "", other).status, 403) << origin;
+  const auto head = [](const std::string& path, const std::string& type) {
+    return "POST " + path + " HTTP/1.1\r\nHost: localhost\r\nContent-Type: " + type +
+           "\r\nContent-Length: 1000000\r\n\r\n";
+  };
+  Connection slow(port_);
+  slow.send(head("/v1/scenes", "model/gltf-binary"));
+  int large = 0;
+  const json contract = json::parse(get(port_, "/v1/openapi.json").body);
+  for (const auto& [path, operations] : contract["paths"].items()) {
+    for (const auto& [method, operation] : operations.items()) {
+      if (!operation.contains("requestBody")) continue;
+      const json& types = operation["requestBody"]["content"];
+      if (types.contains("application/json")) continue;
+      ++large;
+      for (int i = 0;; ++i) {  // until the other one has taken its seat
+        Connection upload(port_);
+        upload.send(head(path, types.begin().key()));
+        const Reply reply = parse_reply(upload.read_until("\r\n\r\n", std::chrono::milliseconds(500)));
+        if (reply.status != 503 && i < 3) continue;
+        EXPECT_EQ(reply.status, 503) << path;
+        EXPECT_NE(upload.read_all(std::chrono::seconds(1)).find("too_many_uploads"), std::string::npos) << path;
+        break;
+      }
+    }
   }
-  for (const char* origin : {"*", "example.org", "https://example.org/", "https://a b"}) {
-    options.cors_origins = {origin};
-    options.port = 0;
-    EXPECT_FALSE(Service::start(options).ok()) << origin;
-  }
+  EXPECT_EQ(large, 2);
+}
+
+TEST_F(ServiceTest, AnAnswerWithoutABodyHasNoLength) {
+  const std::string scene = upload();
+  const std::string target = "/v1/scenes/" + scene;
+  const std::string etag = get(port_, target).headers.at("etag");
+  const Reply same = get(port_, target, {{"If-None-Match", etag}});
+  EXPECT_EQ(same.status, 304);
+  EXPECT_FALSE(same.headers.contains("content-length"));
+  const Reply gone = request(port_, "DELETE", target);
+  EXPECT_EQ(gone.status, 204);
+  EXPECT_FALSE(gone.headers.contains("content-length"));
 }
 
 TEST_F(ServiceTest, EveryAnswerHasSecurityHeaders) {
@@ -212,6 +225,23 @@ TEST_F(ServiceTest, ADryRunTellsWhatAJobWouldCost) {
   EXPECT_LE(estimate["seconds"].get<double>(), 2.01);
   EXPECT_GT(estimate["seconds"].get<double>(), 1);
   EXPECT_EQ(json::parse(get(port_, "/v1/jobs?limit=200").body)["jobs"].size(), 4u) << "dry runs leave nothing behind";
+}
+
+TEST_F(ServiceTest, DryRunsDoNotQueue) {
+  const std::string spec = "{\"scene\":\"" + upload() + R"(","photons_per_pass":2000000,"method":"progressive"})";
+  std::atomic<int> done = 0, refused = 0;
+  std::vector<std::thread> clients;
+  for (int i = 0; i < 6; ++i) {
+    clients.emplace_back([&] {
+      const Reply reply = post_json(port_, "/v1/jobs?dry_run=true", spec);
+      done += reply.status == 200;
+      refused += reply.status == 429 && reply.headers.contains("retry-after");
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  EXPECT_EQ(done + refused, 6);
+  EXPECT_GE(done, 2) << "one, and one that waited";
+  EXPECT_GE(refused, 1);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ std::vector<std::string> states_of(const std::vector<SseEvent>& events) {
 }
 
 std::string stream_head(const std::string& target) {
-  return "GET " + target + " HTTP/1.1\r\nHost: x\r\nAccept: text/event-stream\r\n\r\n";
+  return "GET " + target + " HTTP/1.1\r\nHost: localhost\r\nAccept: text/event-stream\r\n\r\n";
 }
 
 TEST_F(ServiceTest, AJobsStreamTellsItsLifeAndEndsWithIt) {

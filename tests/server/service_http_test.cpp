@@ -20,7 +20,7 @@ Reply send_raw(int port, const std::string& raw) {
 }
 
 std::string upload_head(const std::string& fields) {
-  return "POST /v1/scenes HTTP/1.1\r\nHost: x\r\nContent-Type: model/gltf-binary\r\n" + fields + "\r\n";
+  return "POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nContent-Type: model/gltf-binary\r\n" + fields + "\r\n";
 }
 
 TEST_F(ServiceTest, TellsOfItself) {
@@ -106,9 +106,9 @@ TEST_F(ServiceTest, BodiesAreLimitedHoweverTheyAreSent) {
 }
 
 TEST_F(ServiceTest, AnUnreadBodyIsNoSecondRequest) {
-  const std::string hidden = "GET /v1/info HTTP/1.1\r\nHost: x\r\n\r\n";
+  const std::string hidden = "GET /v1/info HTTP/1.1\r\nHost: localhost\r\n\r\n";
   Connection connection(port_);
-  connection.send("GET /healthz HTTP/1.1\r\nHost: x\r\nContent-Length: " + std::to_string(hidden.size()) +
+  connection.send("GET /healthz HTTP/1.1\r\nHost: localhost\r\nContent-Length: " + std::to_string(hidden.size()) +
                   "\r\n\r\n" + hidden);
   const std::string raw = connection.read_all();
   EXPECT_EQ(raw.find("max_upload_bytes"), std::string::npos);
