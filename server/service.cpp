@@ -29,6 +29,7 @@ JobLimits job_limits(const ServiceOptions& options) {
   limits.map_cache_bytes = options.map_cache_bytes;
   limits.scene_cache_bytes = options.scene_cache_bytes;
   limits.max_pixels = options.max_pixels;
+  limits.max_job_memory_bytes = options.max_job_memory_bytes;
   limits.max_live_jobs = options.max_live_jobs;
   limits.max_kept_jobs = options.max_kept_jobs;
   limits.watch_time = options.watch_time;
@@ -79,7 +80,9 @@ Status check_options(const ServiceOptions& options) {
     if (count < 1 || count > kMaxSeats)
       return invalid_input("streams, uploads and requests must be from 1 to " + std::to_string(kMaxSeats));
   }
-  if (options.max_live_jobs < 1 || options.max_pixels < 1) return invalid_input("jobs and pixels must be at least 1");
+  if (options.max_live_jobs < 1 || options.max_pixels < 1 || options.max_job_memory_bytes < 1) {
+    return invalid_input("jobs, pixels and the memory of a job must be at least 1");
+  }
   return Done{};
 }
 

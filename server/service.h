@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "server/jobs/machine_memory.h"
 
 namespace photond {
 
@@ -30,6 +31,7 @@ struct ServiceOptions {
   std::uint64_t disk_reserve_bytes = 64ull << 20;  ///< of the file system, left free
   std::uint64_t max_upload_bytes = 256ull << 20;
   std::uint64_t max_pixels = 8'388'608;  ///< of one film
+  std::uint64_t max_job_memory_bytes = machine_memory() / 2;  ///< for the film and the photon maps of one job
   int max_live_jobs = 256;               ///< not yet ended; beyond it submissions are refused
   int max_kept_jobs = 1024;              ///< ended; the oldest are forgotten
   int max_streams = 512;                 ///< event streams and long polls at once

@@ -40,6 +40,7 @@ Response Api::info(const Request&) const {
                          {{"max_upload_bytes", limits_.max_upload_bytes},
                           {"max_message_bytes", limits_.max_message_bytes},
                           {"max_pixels", jobs.max_pixels},
+                          {"max_job_memory_bytes", jobs.max_job_memory_bytes},
                           {"max_live_jobs", jobs.max_live_jobs},
                           {"max_kept_jobs", jobs.max_kept_jobs},
                           {"map_cache_bytes", jobs.map_cache_bytes},

@@ -8,6 +8,7 @@
 #include "core/film/error.h"
 #include "core/film/film.h"
 #include "core/render/render.h"
+#include "server/jobs/memory_need.h"
 #include "server/jobs/stop_rule.h"
 
 namespace photond {
@@ -40,7 +41,7 @@ class Pilot {
  public:
   Pilot(const JobSpec& spec, const Execution& execution) : spec_(spec), execution_(execution) {}
 
-  Status run(std::shared_ptr<const PreparedScene> scene, const Camera& camera) {
+  Status run(std::shared_ptr<const PreparedScene> scene, const Camera& camera, std::uint64_t most_memory) {
     const Clock::time_point begin = Clock::now();
     RenderSettings settings = spec_.settings;
     const double pixels = static_cast<double>(settings.width) * settings.height;
@@ -51,6 +52,7 @@ class Pilot {
     scene_bytes_ = scene->memory_bytes;
     Result<RenderTask> task = make_render_task(std::move(scene), camera, spec_.photons, settings, execution_);
     if (!task) return task.error();
+    if (const Status fits = check_memory(memory_need(*task, spec_.settings), most_memory); !fits) return fits;
     plan_ = task->plan;
     prepare_seconds_ = since(begin);
     film_ = Film(settings.width, settings.height);
@@ -83,14 +85,11 @@ class Pilot {
   std::uint64_t memory_bytes(std::uint32_t passes, double kept_bytes) const {
     const double pixels = scale_ * film_.width * film_.height;
     const double pass = film_.bands.empty() ? sizeof(Rgb) : sizeof(Rgb) + sizeof(Bands);
-    // While a picture is made: mean, variance and squared bias in doubles, as much again to filter them, the picture
-    // and its error in floats.
-    constexpr double kPictureBytes = 6 * sizeof(glm::dvec3) + 4 * sizeof(Rgb);
     // Photons are gathered before they are indexed; of large maps (PhotonCells) less is in use than this.
     constexpr double kMapBuilding = 2;
     const double kept = std::min(kept_bytes, map_bytes_ * (maps_built_ > 1 ? passes : 1));
     return scene_bytes_ + static_cast<std::uint64_t>(kept + kMapBuilding * map_bytes_ + scale_ * film_bytes(film_) +
-                                                     pixels * std::max(pass, kPictureBytes));
+                                                     pixels * std::max(pass, static_cast<double>(kPictureBytes)));
   }
 
  private:
@@ -167,13 +166,14 @@ std::uint32_t passes_within(const Pilot& pilot, double seconds, std::uint32_t mo
 }  // namespace
 
 Result<JobEstimate> estimate_job(std::shared_ptr<const PreparedScene> scene, const Camera& camera, const JobSpec& spec,
-                                 std::uint64_t kept_map_bytes, const Execution& execution) {
+                                 const JobBudget& budget, const Execution& execution) {
   Pilot pilot(spec, execution);
-  if (const Status ran = pilot.run(std::move(scene), camera); !ran) return ran.error();
+  if (const Status ran = pilot.run(std::move(scene), camera, budget.memory_bytes); !ran) return ran.error();
   std::uint32_t passes = spec.stop.passes.value_or(1'000'000);
   if (spec.stop.relative_error) passes = std::min(passes, pilot.passes_for(*spec.stop.relative_error));
   if (spec.stop.seconds) passes = passes_within(pilot, *spec.stop.seconds, passes);
-  return JobEstimate{pilot.plan(), passes, pilot.seconds(passes), pilot.memory_bytes(passes, static_cast<double>(kept_map_bytes))};
+  return JobEstimate{pilot.plan(), passes, pilot.seconds(passes),
+                     pilot.memory_bytes(passes, static_cast<double>(budget.kept_map_bytes))};
 }
 
 }  // namespace photond

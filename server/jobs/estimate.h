@@ -20,9 +20,15 @@ struct JobEstimate {
   std::uint64_t memory_bytes = 0;  ///< at its peak: scene, film, picture, and the photon maps it leaves in the cache
 };
 
-/// `kept_map_bytes` is how much of its photon maps a job may leave in the cache. Renders at least two passes and up to some seconds of them, of at most kPilotPixels. Errors: those of make_render_task
-/// and render_pass.
+/// What a job may take.
+struct JobBudget {
+  std::uint64_t memory_bytes = UINT64_MAX;  ///< as check_memory
+  std::uint64_t kept_map_bytes = 0;         ///< of its photon maps, in the cache
+};
+
+/// Renders at least two passes and up to some seconds of them, of at most kPilotPixels; nothing where the job would
+/// take more memory than it may. Errors: those of make_render_task, check_memory and render_pass.
 Result<JobEstimate> estimate_job(std::shared_ptr<const PreparedScene> scene, const Camera& camera, const JobSpec& spec,
-                                 std::uint64_t kept_map_bytes, const Execution& execution);
+                                 const JobBudget& budget, const Execution& execution);
 
 }  // namespace photond

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "server/jobs/memory_need.h"
 #include "server/jobs/stop_rule.h"
 #include "server/jobs/take_turn.h"
 #include "server/store/file.h"
@@ -51,7 +52,7 @@ Jobs::Jobs(Store& store, Environments& environments, JobFiles& files, const std:
       environments_(environments, room_, limits.scene_cache_bytes / 4),
       scenes_(store, environments_, room_, workers_, limits.scene_cache_bytes),
       maps_(limits.map_cache_bytes, std::move(maps)),
-      parts_{scenes_, maps_, workers_, files_, room_, passes_, std::move(identity), limits.watch_time} {
+      parts_{scenes_, maps_, workers_, files_, room_, passes_, limits.max_job_memory_bytes, std::move(identity), limits.watch_time} {
   room_.set_map_eviction([this](std::uint64_t bytes) { return maps_.free_disk(bytes); });
 }
 
@@ -80,6 +81,8 @@ Result<Plan> Jobs::check(const JobSpec& spec, std::stop_token stop) {
                              std::to_string(limits_.max_pixels) + " are allowed",
                          "/film");
   }
+  const MemoryNeed memory = memory_need(spec.settings, spec.photons);
+  if (const Status fits = check_memory(memory, limits_.max_job_memory_bytes); !fits) return fits.error();
   const auto summary = scenes_.summary(spec.scene, stop);
   if (!summary) return Error{summary.error().code, summary.error().message, "/scene"};
   if (const Result<Camera> camera = choose_camera((*summary)->cameras, spec.camera); !camera)
@@ -105,7 +108,7 @@ Result<JobEstimate> Jobs::estimate(const JobSpec& spec, std::stop_token stop) {
   if (!scene) return scene.error();
   const Result<Camera> camera = choose_camera((*scene)->scene.cameras, spec.camera);
   if (!camera) return camera.error();
-  return estimate_job(*scene, *camera, spec, limits_.map_cache_bytes / 4, execution);
+  return estimate_job(*scene, *camera, spec, {limits_.max_job_memory_bytes, limits_.map_cache_bytes / 4}, execution);
 }
 
 Result<JobRecord> Jobs::submit(const JobSpec& spec, const Owner& owner, std::stop_token stop, const Also& also) {
@@ -243,6 +246,8 @@ Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, const std::string
   StopRule passes;
   passes.passes = spec.passes;
   if (const Status fine = check_settings(spec.photons, {}, passes); !fine) return fine.error();
+  const MemoryNeed memory{0, memory_need({.method = spec.method}, spec.photons).maps};
+  if (const Status fits = check_memory(memory, limits_.max_job_memory_bytes); !fits) return fits.error();
   const auto scene = scenes_.prepared(spec.scene, workers_.execution(stop));
   if (!scene) return Error{scene.error().code, scene.error().message, "/scene"};
   Prewarmed result{(*scene)->digest, prewarm_keys(spec, (*scene)->digest)};
@@ -255,7 +260,7 @@ Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, const std::string
   if (prewarms_.size() >= kMaxPrewarms) {
     return Error{ErrorCode::limit_exceeded, "too many photon maps are waiting to be built; try again later", "queue"};
   }
-  const auto work = std::make_shared<Prewarm>(spec, result.keys, owner, scenes_, maps_, workers_);
+  const auto work = std::make_shared<Prewarm>(spec, result.keys, owner, scenes_, maps_, workers_, limits_.max_job_memory_bytes);
   prewarms_.emplace(spec, work);
   scheduler_.submit(work, Priority::batch);
   return result;
@@ -276,10 +281,6 @@ bool Jobs::cancel_prewarms(const MapKey& key, const std::optional<std::string>& 
 std::shared_ptr<const Job> Jobs::job(const std::string& id) const {
   const std::shared_ptr<RunJob> run = find(id);
   return run ? run->job() : nullptr;
-}
-
-void Jobs::look(const std::string& id) const {
-  if (const auto looked_at = job(id)) looked_at->look();
 }
 
 Result<Jobs::CheckpointFile> Jobs::checkpoint(const std::string& id) const {

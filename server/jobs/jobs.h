@@ -37,6 +37,7 @@ struct JobLimits {
   std::uint64_t map_cache_bytes = 1ull << 30;
   std::uint64_t scene_cache_bytes = 1ull << 30;
   std::uint64_t max_pixels = 8'388'608;
+  std::uint64_t max_job_memory_bytes = UINT64_MAX;
   int max_live_jobs = 256;
   int max_kept_jobs = 1024;
   std::chrono::milliseconds watch_time{30'000};
@@ -69,7 +70,8 @@ class Jobs {
   /// Rendered since the start, over all jobs.
   std::uint64_t passes() const { return passes_; }
 
-  /// Checks a job without running it: scene, camera, settings, limits. Errors name the field ("/film/width").
+  /// Checks a job without running it: scene, camera, settings, limits, of its memory what settings tell. Errors name the
+  /// field ("/film/width").
   /// Returns the plan that the scene gets by these settings.
   Result<Plan> check(const JobSpec& spec, std::stop_token stop);
   /// Checks, and renders a few passes of a small picture to tell what the job would cost; one at a time, beside the
@@ -115,8 +117,6 @@ class Jobs {
   bool cancel_prewarms(const MapKey& key, const std::optional<std::string>& owner);
   /// The job itself, for those who look at it for long; null where there is none.
   std::shared_ptr<const Job> job(const std::string& id) const;
-  /// Somebody has looked at a job just now.
-  void look(const std::string& id) const;
 
   struct CheckpointFile {
     JobFiles::Checkpoint about;

@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "core/render/render.h"
+#include "server/jobs/memory_need.h"
 
 namespace photond {
 
@@ -38,6 +39,10 @@ Status Prewarm::advance() {
   missing_.pop_back();
   const auto answer = maps_.get(*scene_, key, execution_, true);
   if (!answer) return answer.error();
+  if (const auto& guide = answer->value->guide) {  // which comes first
+    const MemoryNeed need{0, map_bytes(*scene_, *guide, spec_.photons, spec_.method)};
+    if (const Status fits = check_memory(need, max_bytes_); !fits) return fits;
+  }
   if (!execution_.cancelled()) return Done{};
   // It was done just then; whoever cancelled was told that there will be none.
   if (answer->origin == MapCache::Origin::built) maps_.erase(key);

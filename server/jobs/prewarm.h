@@ -32,14 +32,16 @@ std::vector<MapKey> prewarm_keys(const PrewarmSpec& spec, const Digest& content)
 /// Builds what of a specification is missing, a map in every slice.
 class Prewarm : public Slices {
  public:
-  /// `keys` are those of the specification, `owner` the id of who asks. The references must outlive the object.
+  /// `keys` are those of the specification, `owner` the id of who asks; maps of more than `max_bytes` are not built. The
+  /// references must outlive the object.
   Prewarm(const PrewarmSpec& spec, std::vector<MapKey> keys, std::string owner, SceneLibrary& scenes, MapCache& maps,
-          const Workers& workers)
+          const Workers& workers, std::uint64_t max_bytes)
       : spec_(spec),
         owner_(std::move(owner)),
         keys_(std::move(keys)),
         scenes_(scenes),
         maps_(maps),
+        max_bytes_(max_bytes),
         execution_(workers.execution(stop_.get_token())),
         missing_(keys_.rbegin(), keys_.rend()) {}
 
@@ -59,6 +61,7 @@ class Prewarm : public Slices {
   const std::vector<MapKey> keys_;
   SceneLibrary& scenes_;
   MapCache& maps_;
+  const std::uint64_t max_bytes_;
   std::stop_source stop_;
   const Execution execution_;
   SceneLibrary::Prepared scene_;

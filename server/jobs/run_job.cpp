@@ -6,6 +6,7 @@
 
 #include "core/film/film_bytes.h"
 #include "core/render/note.h"
+#include "server/jobs/memory_need.h"
 #include "server/store/file.h"
 
 namespace photond {
@@ -157,6 +158,7 @@ Status RunJob::make_task() {
   Result<RenderTask> task = make_render_task(*scene, *camera, spec.photons, spec.settings, execution_,
                                              [this](const auto&... of) { return maps_.guide(of...); });
   if (!task) return task.error();
+  if (const Status fits = check_memory(memory_need(*task, spec.settings), parts_.max_memory_bytes); !fits) return fits;
   Result<std::string> identity = parts_.identity(*task);
   if (!identity) return identity.error();
   task_ = std::make_shared<const RenderTask>(std::move(*task));

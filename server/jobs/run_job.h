@@ -35,6 +35,7 @@ struct RunParts {
   JobFiles& files;
   DiskRoom& room;
   std::atomic<std::uint64_t>& passes;  ///< over all jobs
+  std::uint64_t max_memory_bytes;      ///< of one job, as check_memory
   IdentityOf identity;
   std::chrono::milliseconds watch_time;  ///< for which pictures are published after somebody has looked
 };

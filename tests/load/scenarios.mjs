@@ -99,7 +99,7 @@ export async function frames({ start, figures, seconds }) {
 }
 
 export async function cancel({ start, figures }) {
-  const server = await start(['--max-pixels', String(4096 * 4096)]);
+  const server = await start(['--max-pixels', String(4096 * 4096), '--max-job-memory-mb', '16384']);
   const used_after = async (film, method, watch, stop = { seconds: 600 }, until = '') => {
     const id = json(await submit(server.port, { film, method, stop })).id;
     while (until && json(await call(server.port, 'GET', `/v1/jobs/${id}`)).state !== until) await sleep(5);

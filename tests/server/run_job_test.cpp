@@ -22,7 +22,7 @@ class RunJobTest : public ::testing::Test {
     scene_ = added->scene.id;
   }
 
-  std::shared_ptr<Job> new_job() {
+  JobRecord new_record() const {
     JobRecord record;
     record.id = "a";
     record.spec.scene = scene_;
@@ -30,6 +30,10 @@ class RunJobTest : public ::testing::Test {
     record.spec.settings.method = Method::path;
     record.spec.settings.width = record.spec.settings.height = 8;
     record.spec.stop.passes = 3;
+    return record;
+  }
+  std::shared_ptr<Job> new_job() { return new_job(new_record()); }
+  std::shared_ptr<Job> new_job(JobRecord record) {
     Event created;
     created.job = record.id;
     EXPECT_TRUE(log_.add(record, created).ok());
@@ -44,7 +48,7 @@ class RunJobTest : public ::testing::Test {
   SceneLibrary scenes_{*stored_.store, environments_, room_, workers_, 0};
   MapCache maps_{0, nullptr};
   std::atomic<std::uint64_t> passes_{0};
-  RunParts parts_{scenes_, maps_, workers_, *stored_.files, room_, passes_,
+  RunParts parts_{scenes_, maps_, workers_, *stored_.files, room_, passes_, UINT64_MAX,
                   [](const RenderTask&) { return Result<std::string>("this"); }, std::chrono::milliseconds(0)};
   Digest scene_;
 };
@@ -54,6 +58,16 @@ TEST_F(RunJobTest, EndsWhatItsStopRuleNames) {
   while (run.step()) continue;
   EXPECT_EQ(run.job()->state(), JobState::succeeded);
   EXPECT_EQ(run.job()->record().passes, 3u);
+}
+
+TEST_F(RunJobTest, AJobThatWouldTakeTooMuchMemoryIsNotBegun) {
+  parts_.max_memory_bytes = 20'000;
+  RunJob run(new_job(), parts_);
+  while (run.step()) continue;
+  EXPECT_EQ(run.job()->state(), JobState::failed);
+  EXPECT_EQ(run.job()->record().failure->code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(run.job()->record().failure->where, "/film");
+  EXPECT_EQ(passes_, 0u);
 }
 
 TEST_F(RunJobTest, WhatIsThrownFailsTheJobAndItsRunLetsGoAllTheSame) {

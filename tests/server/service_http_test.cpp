@@ -179,6 +179,9 @@ TEST_F(ServiceTest, BadOptionsAreRefused) {
   options.samples_dir = "/no/such/folder";
   EXPECT_FALSE(Service::start(options).ok());
   options.samples_dir = "";
+  options.max_job_memory_bytes = 0;
+  EXPECT_FALSE(Service::start(options).ok());
+  options.max_job_memory_bytes = 1;
   EXPECT_TRUE(Service::start(options).ok());
   options.data_dir = "";
   EXPECT_FALSE(Service::start(options).ok());

@@ -247,6 +247,30 @@ TEST_F(ServiceTest, TheListOfJobsIsFilteredAndPaged) {
   EXPECT_EQ(get(port_, "/v1/jobs?limit=0").status, 400);
 }
 
+TEST_F(ServiceTest, AJobThatWouldTakeTooMuchMemoryIsRefused) {
+  ServiceOptions options;
+  options.max_job_memory_bytes = 64 << 20;
+  start(options);
+  EXPECT_EQ(json::parse(get(port_, "/v1/info").body)["limits"]["max_job_memory_bytes"], 64 << 20);
+  const std::string scene = upload();
+  const auto pointer = [&](const std::string& target, const std::string& fields) {
+    const Reply reply = post_json(port_, target, "{\"scene\":\"" + scene + "\"," + fields + "}");
+    EXPECT_EQ(reply.status, 422) << reply.body;
+    return json::parse(reply.body).value("pointer", "");
+  };
+  const std::string large = R"("method":"path","film":{"width":1024,"height":1024})";
+  const std::string many = R"("method":"progressive","photons_per_pass":100000000)";
+  for (const std::string target : {"/v1/jobs", "/v1/jobs?dry_run=true"}) {
+    EXPECT_EQ(pointer(target, large), "/film");
+    EXPECT_EQ(pointer(target, many), "/photons_per_pass");
+  }
+  EXPECT_EQ(pointer("/v1/jobs", R"("method":"progressive","film":{"width":320,"height":320})"), "/film")
+      << "with the bands of what is gathered";
+  EXPECT_EQ(pointer("/v1/maps", many), "/photons_per_pass");
+  const std::string fits = R"("method":"path","film":{"width":320,"height":320},"stop":{"passes":1})";
+  EXPECT_EQ(wait_for_end(submit(scene, fits))["state"], "succeeded");
+}
+
 TEST_F(ServiceTest, TooManyJobsAreRefusedAndOldOnesForgotten) {
   ServiceOptions options;
   options.max_live_jobs = 2;
