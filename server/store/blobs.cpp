@@ -137,7 +137,6 @@ Result<FileBytes> Blobs::open_file(const Digest& name) {
 }
 
 Error Blobs::drop_damaged(const Digest& name) {
-  ++damaged_;
   if (const Status removed = remove(name); !removed) return removed.error();
   return {ErrorCode::not_found, "the file " + path_of(name).string() + " was damaged and is dropped", ""};
 }

@@ -56,8 +56,6 @@ class Blobs {
 
   /// The size of all blobs together.
   std::uint64_t total_bytes() const { return total_bytes_; }
-  /// Damaged ones found so far.
-  std::uint64_t damaged() const { return damaged_; }
 
   std::filesystem::path path_of(const Digest& name) const;
 
@@ -72,7 +70,6 @@ class Blobs {
   std::set<Digest> checked_;  ///< known to be what their names say
   std::atomic<std::uint64_t> total_bytes_{0};
   std::atomic<std::uint64_t> next_temporary_{0};
-  std::atomic<std::uint64_t> damaged_{0};
 };
 
 /// A content on the disk that has no name there yet, and goes with the object unless it got one.

@@ -95,7 +95,6 @@ void Query::bind_null() {
 
 std::int64_t Query::integer(int column) const { return sqlite3_column_int64(statement_, column); }
 double Query::real(int column) const { return sqlite3_column_double(statement_, column); }
-bool Query::is_null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
 
 std::string Query::text(int column) const {
   const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
@@ -108,8 +107,6 @@ std::vector<std::byte> Query::bytes(int column) const {
   if (begin == nullptr) return {};
   return {begin, begin + sqlite3_column_bytes(statement_, column)};
 }
-
-std::int64_t Transaction::changes() const { return sqlite3_changes64(database_.connection_); }
 
 // --- Database -----------------------------------------------------------------------------------------------------
 

@@ -45,7 +45,6 @@ class Query {
   double real(int column) const;
   std::string text(int column) const;
   std::vector<std::byte> bytes(int column) const;
-  bool is_null(int column) const;
 
  private:
   friend class Transaction;
@@ -103,8 +102,6 @@ class Transaction {
     done.next();
     return done.status();
   }
-  /// Rows that the last INSERT, UPDATE or DELETE changed.
-  std::int64_t changes() const;
 
  private:
   friend class Database;
