@@ -48,11 +48,13 @@ Jobs::Jobs(Store& store, Environments& environments, JobFiles& files, const std:
       limits_(limits),
       log_(store),
       room_(data, limits.disk, store, environments, files),
+      turn_(data / "turn"),
       workers_(limits.threads),
       environments_(environments, room_, limits.scene_cache_bytes / 4),
       scenes_(store, environments_, room_, workers_, limits.scene_cache_bytes),
       maps_(limits.map_cache_bytes, std::move(maps)),
-      parts_{scenes_, maps_, workers_, files_, room_, passes_, limits.max_job_memory_bytes, std::move(identity), limits.watch_time} {
+      parts_{scenes_, maps_, workers_, files_, room_, turn_, passes_, limits.max_job_memory_bytes, std::move(identity),
+             limits.watch_time} {
   room_.set_map_eviction([this](std::uint64_t bytes) { return maps_.free_disk(bytes); });
 }
 
@@ -260,7 +262,8 @@ Result<Jobs::Prewarmed> Jobs::prewarm(const PrewarmSpec& spec, const std::string
   if (prewarms_.size() >= kMaxPrewarms) {
     return Error{ErrorCode::limit_exceeded, "too many photon maps are waiting to be built; try again later", "queue"};
   }
-  const auto work = std::make_shared<Prewarm>(spec, result.keys, owner, scenes_, maps_, workers_, limits_.max_job_memory_bytes);
+  const auto work = std::make_shared<Prewarm>(spec, result.keys, owner, scenes_, maps_, workers_,
+                                              limits_.max_job_memory_bytes);
   prewarms_.emplace(spec, work);
   scheduler_.submit(work, Priority::batch);
   return result;

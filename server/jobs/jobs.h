@@ -153,6 +153,7 @@ class Jobs {
   const JobLimits limits_;
   EventLog log_;
   DiskRoom room_;
+  const Turn turn_;
   Workers workers_;
   EnvironmentLibrary environments_;
   SceneLibrary scenes_;

@@ -21,6 +21,7 @@
 #include "server/jobs/scene_library.h"
 #include "server/jobs/scheduler.h"
 #include "server/jobs/stop_rule.h"
+#include "server/jobs/turn.h"
 
 namespace photond {
 
@@ -34,6 +35,7 @@ struct RunParts {
   const Workers& workers;
   JobFiles& files;
   DiskRoom& room;
+  const Turn& turn;
   std::atomic<std::uint64_t>& passes;  ///< over all jobs
   std::uint64_t max_memory_bytes;      ///< of one job, as check_memory
   IdentityOf identity;

@@ -120,7 +120,7 @@ struct JobRecord : JobNumbers {
   std::optional<double> first_frame_seconds;  ///< from leaving the queue to revision 1, wall clock
   std::optional<Error> failure;               ///< of a failed job
   PauseReason pause_reason = PauseReason::none;
-  std::uint32_t crashes = 0;                  ///< times the process died while it ran, since its last checkpoint
+  std::uint32_t crashes = 0;                  ///< times the process died in its turn, since its last checkpoint
   std::vector<SeriesPoint> series;
 };
 

@@ -44,11 +44,12 @@ class RunJobTest : public ::testing::Test {
   EventLog log_{*stored_.store};
   const Workers workers_{1};
   DiskRoom room_{stored_.folder.path(), {}, *stored_.store, *stored_.environments, *stored_.files};
+  Turn turn_{stored_.folder.path() / "turn"};
   EnvironmentLibrary environments_{*stored_.environments, room_, 0};
   SceneLibrary scenes_{*stored_.store, environments_, room_, workers_, 0};
   MapCache maps_{0, nullptr};
   std::atomic<std::uint64_t> passes_{0};
-  RunParts parts_{scenes_, maps_, workers_, *stored_.files, room_, passes_, UINT64_MAX,
+  RunParts parts_{scenes_, maps_, workers_, *stored_.files, room_, turn_, passes_, UINT64_MAX,
                   [](const RenderTask&) { return Result<std::string>("this"); }, std::chrono::milliseconds(0)};
   Digest scene_;
 };
@@ -58,6 +59,41 @@ TEST_F(RunJobTest, EndsWhatItsStopRuleNames) {
   while (run.step()) continue;
   EXPECT_EQ(run.job()->state(), JobState::succeeded);
   EXPECT_EQ(run.job()->record().passes, 3u);
+}
+
+/// A process that dies in the turn of `job`, and the next one.
+Turn death_of(const std::filesystem::path& file, const std::string& job) {
+  Turn(file).give(job);
+  return Turn(file);
+}
+
+TEST_F(RunJobTest, TheJobInWhoseTurnTheServiceDiesAgainAndAgainFails) {
+  const auto ours = new_job();
+  JobRecord other = new_record();
+  other.id = "b";
+  const auto theirs = new_job(other);
+  for (int death = 1; death <= 5; ++death) {
+    for (const auto& job : {ours, theirs}) ASSERT_TRUE(job->move(JobState::preparing).ok());
+    turn_ = death_of(stored_.folder.path() / "turn", "a");
+    for (const auto& job : {ours, theirs}) ASSERT_TRUE(RunJob(job, parts_).put_back().ok());
+    EXPECT_EQ(ours->state(), death < 5 ? JobState::queued : JobState::failed) << death;
+    EXPECT_EQ(theirs->state(), JobState::queued) << "it merely waited";
+  }
+  EXPECT_EQ(theirs->record().crashes, 0u);
+  EXPECT_EQ(Turn(stored_.folder.path() / "turn").last(), "") << "nobody computes";
+  EXPECT_EQ(Turn("/nowhere/turn").last(), "");
+}
+
+TEST_F(RunJobTest, HasTheTurnOnlyWhileItComputes) {
+  std::string during;
+  parts_.identity = [&](const RenderTask&) {
+    during = Turn(stored_.folder.path() / "turn").last();
+    return Result<std::string>("this");
+  };
+  RunJob run(new_job(), parts_);
+  EXPECT_TRUE(run.step());
+  EXPECT_EQ(during, "a");
+  EXPECT_EQ(Turn(stored_.folder.path() / "turn").last(), "");
 }
 
 TEST_F(RunJobTest, AJobThatWouldTakeTooMuchMemoryIsNotBegun) {
