@@ -118,6 +118,8 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
 }
 
 Result<SceneLibrary::Summary> SceneLibrary::summary(const Digest& id, std::stop_token stop) {
+  // What is remembered of a scene may outlive it.
+  if (!store_.scene(id)) return Error{ErrorCode::not_found, "there is no scene " + to_hex(id), "/scene"};
   const Execution execution = workers_.execution(stop);
   const auto build = [&]() -> Result<Summary> {
     const Result<Prepared> scene = prepared(id, execution);

@@ -53,6 +53,18 @@ TEST_F(ServiceTest, AJobRunsToAPicture) {
   EXPECT_EQ(get(port_, frame + ".png").status, 404);
 }
 
+TEST_F(ServiceTest, ADeletedSceneIsNoneForJobs) {
+  const std::string scene = upload();
+  const std::string job = R"({"scene":")" + scene + R"(","stop":{"passes":1}})";
+  ASSERT_EQ(post_json(port_, "/v1/jobs?dry_run=true", job).status, 200);
+  ASSERT_EQ(request(port_, "DELETE", "/v1/scenes/" + scene).status, 204);
+  for (const char* target : {"/v1/jobs", "/v1/jobs?dry_run=true"}) {
+    const Reply refusal = post_json(port_, target, job);
+    EXPECT_EQ(refusal.status, 422) << refusal.body;
+    EXPECT_NE(refusal.body.find("/scene"), std::string::npos) << refusal.body;
+  }
+}
+
 TEST_F(ServiceTest, ABiasedMethodIsLabelledInTheJobAndInItsPictures) {
   const std::string scene = upload();
   for (const std::string method : {"photon_map", "progressive"}) {
