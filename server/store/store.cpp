@@ -140,12 +140,20 @@ Status Store::forget_samples() {
 
 Status Store::put_scene(const SceneRecord& scene, const std::vector<std::byte>& bytes,
                         const std::optional<std::uint64_t>& owner_bytes) {
+  const bool there = this->scene(scene.id).has_value();
+  if (there && !scene.sample) return Done{};
+  // A large file takes its time: it is written before anybody has to wait. A sample's costs nothing to mend.
+  std::optional<Blobs::Written> file;
+  if (!there || !files_->get(scene.id)) {
+    Result<Blobs::Written> written = files_->write([&bytes](const Blobs::Sink& sink) { return sink(bytes); });
+    if (!written) return written.error();
+    file.emplace(std::move(*written));
+  }
   const std::lock_guard lock(writing_);
   const auto known = scenes_.find(scene.id);
-  if (known != scenes_.end() && !scene.sample) return Done{};
-  // A sample's file costs nothing to mend.
-  if (known == scenes_.end() || !files_->get(scene.id)) {
-    if (const Result<Digest> put = files_->put(bytes); !put) return put.error();
+  if (known != scenes_.end() && !scene.sample) return Done{};   // added meanwhile
+  if (file) {
+    if (const Status published = files_->publish(*file); !published) return published;
   }
   StoredScene stored{scene, known == scenes_.end() ? next_arrival_ : known->second.arrival};
   const auto created_ms =
