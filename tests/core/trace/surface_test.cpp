@@ -87,28 +87,36 @@ TEST(Surface, LanesEqualSinglePoints) {
   }
 }
 
+// How many of 20,000 rays that leave a ball meet something within `reach`. They start where rays from `distance` beyond
+// its centre meet it, which nearly all do.
+int met_again(const PreparedScene& scene, const Vec3& center, float distance, float reach) {
+  Rng rng(2, RngPurpose::pilot, 0, 0);
+  int again = 0;
+  int count = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const Vec3 origin = center + distance * square_to_sphere(rng.next2());
+    const Vec3 local = square_to_cosine_hemisphere(rng.next2());
+    const Ray ray{origin, glm::normalize(center - origin)};
+    const Hit hit = scene.accel.intersect(ray);
+    if (!hit.found()) continue;
+    ++count;
+    const SurfacePoint s = make_surface(scene.scene, ray, hit);
+    Ray out = spawn_ray(s, Frame(s.ng).to_world(local));
+    out.t_max = reach;
+    again += scene.accel.occluded(out);
+  }
+  EXPECT_GT(count, 19'900);
+  return again;
+}
+
 // Rays that leave a convex body never meet it again, wherever and however large it is.
 TEST(Surface, SpawnedRaysDoNotHitTheirOwnSurface) {
   for (const float scale : {1e-4f, 1.0f, 1e4f}) {
     for (const float shift : {0.0f, 100.0f}) {
       const Affine m({scale, 0, 0}, {0, scale, 0}, {0, 0, scale}, Vec3(shift * scale));
       const auto scene = placed(m, false);
-      Rng rng(2, RngPurpose::pilot, 0, 0);
-      int again = 0;
-      int count = 0;
-      for (int i = 0; i < 20'000; ++i) {
-        const Vec3 center = Vec3(shift * scale) - scene->scene.origin;
-        const Vec3 origin = center + 3 * scale * square_to_sphere(rng.next2());
-        const Vec3 local = square_to_cosine_hemisphere(rng.next2());
-        const Ray ray{origin, glm::normalize(center - origin)};
-        const Hit hit = scene->accel.intersect(ray);
-        if (!hit.found()) continue;
-        ++count;
-        const SurfacePoint s = make_surface(scene->scene, ray, hit);
-        again += scene->accel.occluded(spawn_ray(s, Frame(s.ng).to_world(local)));
-      }
-      EXPECT_GT(count, 19'900);
-      EXPECT_EQ(again, 0) << "scale " << scale << " shift " << shift;
+      EXPECT_EQ(met_again(*scene, Vec3(shift * scale) - scene->scene.origin, 3 * scale, kInfinity), 0)
+          << "scale " << scale << " shift " << shift;
     }
   }
 }
@@ -124,23 +132,8 @@ TEST(Surface, SpawnedRaysDoNotHitInstancesMovedFar) {
     scene.instances[1].to_world[3] += Vec3(3, 0, 0);
     const auto prepared = test::prepared(std::move(scene));
     ASSERT_TRUE(prepared->scene.instances[0].moved);
-    Rng rng(2, RngPurpose::pilot, 0, 0);
-    int again = 0, count = 0;
-    for (int i = 0; i < 20'000; ++i) {
-      const Vec3 center = prepared->scene.instances[0].to_world[3] + away;
-      const Vec3 origin = center + 1.4f * square_to_sphere(rng.next2());
-      const Vec3 local = square_to_cosine_hemisphere(rng.next2());
-      const Ray ray{origin, glm::normalize(center - origin)};
-      const Hit hit = prepared->accel.intersect(ray);
-      if (!hit.found()) continue;
-      ++count;
-      const SurfacePoint s = make_surface(prepared->scene, ray, hit);
-      Ray out = spawn_ray(s, Frame(s.ng).to_world(local));
-      out.t_max = 0.5f;   // less than to the neighbour
-      again += prepared->accel.occluded(out);
-    }
-    EXPECT_GT(count, 19'900);
-    EXPECT_EQ(again, 0) << "shift " << shift;
+    const Vec3 center = prepared->scene.instances[0].to_world[3] + away;
+    EXPECT_EQ(met_again(*prepared, center, 1.4f, 0.5f), 0) << "shift " << shift;   // the neighbour is 1 m away
   }
 }
 
