@@ -10,22 +10,13 @@
 #include "core/trace/medium.h"
 #include "core/trace/plain.h"
 #include "core/trace/roulette.h"
+#include "core/trace/specular.h"
 
 namespace photond {
 
 namespace {
 
 float mean(const Rgb& c) { return (c.x + c.y + c.z) * (1.0f / 3); }
-
-// |wi·ns||wo·ng| / (|wi·ng||wo·ns|) for the photon's incoming direction `in` and outgoing direction `out`: what
-// makes the photon's walk the adjoint of the camera's on interpolated normals. Bounded: at grazing incidence it
-// explodes.
-float shading_normal_factor(const SurfacePoint& s, const Vec3& in, const Vec3& out) {
-  static constexpr float kMax = 8;
-  const float above = std::abs(glm::dot(in, s.ns) * glm::dot(out, s.ng));
-  const float below = std::abs(glm::dot(in, s.ng) * glm::dot(out, s.ns));
-  return below > 0 ? std::min(above / below, kMax) : 0;
-}
 
 // By place and direction, so that photons are rounded apart. Exponents do not count: a scene in units of half a metre is
 // the same scene.
@@ -168,12 +159,16 @@ class Shooter {
   }
 
   void scatter_all() {
-    Subset plain, other, ended;
+    Subset plain, specular, other, ended;
     for (const std::uint32_t i : live_) {
       const bool found = hits_[i].found();
-      const bool is_plain = scene_.placed_at(hits_[i]).plain & !walks_[i].medium.active();
+      const PlacedMesh& mesh = scene_.placed_at(hits_[i]);
+      const bool outside = !walks_[i].medium.active();
+      const bool is_plain = mesh.plain & outside;
+      const bool is_specular = kAllFeatures & ((mesh.shading == Shading::mirror) | (mesh.shading == Shading::glass)) & outside;
       plain.add(i, is_plain);
-      other.add(i, found & !is_plain);
+      specular.add(i, is_specular);
+      other.add(i, found & !is_plain & !is_specular);
       ended.add(i, !found);
     }
     live_.size = 0;
@@ -183,8 +178,28 @@ class Shooter {
     } else {
       scatter_plain(plain, ended);
     }
+    scatter_specular(specular, ended);
     scatter_other(other, ended);
     restart(ended);
+  }
+
+  // The walks at mirrors and smooth glass: as `scatter`, where nothing is stored.
+  void scatter_specular(const Subset& specular, Subset& ended) {
+    for (std::uint32_t k = 0; k < specular.size; ++k) {
+      Walk& walk = walks_[specular.items[k]];
+      const Hit& hit = hits_[specular.items[k]];
+      specular_.set(k, scene_.placed[hit.instance], hit, walk.ray.direction, walk.flux, walk.depth, walk.rng);
+    }
+    specular_.scatter(specular.size);
+    for (std::uint32_t k = 0; k < specular.size; ++k) {
+      Walk& walk = walks_[specular.items[k]];
+      walk.etendue /= specular_.squeeze[k];
+      walk.ray.origin = specular_.origin[k];
+      walk.ray.direction = specular_.next_direction[k];
+      const bool alive = carry_finite(walk, specular_.next_flux[k]) && goes_on(walk);
+      live_.add(specular.items[k], alive);
+      ended.add(specular.items[k], !alive);
+    }
   }
 
   void scatter_other(const Subset& other, Subset& ended) {
@@ -265,11 +280,7 @@ class Shooter {
       return false;
     }
     Rgb next = walk.flux * sample->weight;
-    if (surface.smooth && !sample->flat) next *= shading_normal_factor(surface, wi, sample->wi);
-    if (!is_finite(next)) {
-      block_.ledger.rejected += walk.power;
-      return false;
-    }
+    if (surface.smooth && !sample->flat) next *= shading_normal_factor(surface.ns, surface.ng, wi, sample->wi);
     // Survival in proportion to what is reflected: the power of a survivor changes only in colour.
     const float survival = survival_probability(max_component(next) / max_component(walk.flux), walk.depth);
     if (roulette >= survival) {
@@ -281,8 +292,17 @@ class Shooter {
     if (sample->transmitted) walk.etendue /= compression(*surface.material, surface.front);
     walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);
     walk.ray.direction = sample->wi;
-    carry(walk, next * (1 / survival));
-    return goes_on(walk);
+    return carry_finite(walk, next * (1 / survival)) && goes_on(walk);
+  }
+
+  // As `carry`; false where the flux is too large for a float.
+  bool carry_finite(Walk& walk, const Rgb& flux) {
+    if (is_finite(flux)) {
+      carry(walk, flux);
+      return true;
+    }
+    block_.ledger.rejected += walk.power;
+    return false;
   }
 
   void carry(Walk& walk, const Rgb& flux) {
@@ -339,6 +359,7 @@ class Shooter {
   EmissionLanes emissions_{};
   PlainBounces bounces_{};
   std::uint32_t red_green_[kLanes], blue_[kLanes];   // of their fluxes
+  SpecularBounces specular_{};
   SurfaceLanes surfaces_{};
   std::array<std::array<Photon, kBatch + 1>, 2> stored_;  // one more: an unwanted photon is written, too
   std::array<std::uint32_t, 2> stored_count_{};

@@ -3,7 +3,7 @@
 
 #include "core/math/frame.h"
 #include "core/math/warp.h"
-#include "core/trace/microfacet.h"
+#include "core/trace/specular.h"
 
 namespace photond {
 
@@ -117,27 +117,16 @@ void PathLanes::reflect(std::uint32_t count) {
 }
 
 [[gnu::always_inline]] inline void PathLanes::reflect(std::uint32_t i, const Vec3& n) {
-  static constexpr float kMinCos = 1e-4f;   // as in Bsdf
-  const Vec3 in = ray.direction[i];
-  const bool specular = shading[i] != Shading::diffuse;
-  const float along = -glm::dot(in, n);
-  const float cosine = std::max(along, kMinCos);
+  const bool specular = shading[i] != Shading::diffuse, glass = shading[i] == Shading::glass;
   const float eta = choose(surfaces.side[i] > 0, ior[i], 1 / ior[i]);
-  float cos_t = 0;
-  const float fresnel = fresnel_dielectric(cosine, eta, cos_t);
-  const bool refracts = (shading[i] == Shading::glass) & (random_[0][i] >= fresnel);
-  const float scale = choose(refracts, 1 / eta, 1);
-  const float bend = choose(refracts, along / eta - cos_t, along + cosine);
-  const Vec3 bent = scale * in + bend * n;
-  const Vec3 out = choose(specular, bent * (1 / std::sqrt(glm::dot(bent, bent))), out_[i]);
-  const float above = glm::dot(out, surfaces.ng[i]);
-  // Above both horizons, or below both.
-  const bool valid = (choose(refracts, -above, above) > 0) & (specular | (last_pdf[i] > 0));
-  squeeze_[i] = choose(refracts, eta * eta, 1);
-  const bool clear = (shading[i] == Shading::glass) & !refracts;
+  SpecularBounce bounce = specular_bounce(ray.direction[i], n, glass, eta, random_[0][i]);
+  bounce.out = choose(specular, bounce.out, out_[i]);
+  const bool valid = bounce.valid(surfaces.ng[i]) & (specular | (last_pdf[i] > 0));   // diffuse ones are never refracted
+  squeeze_[i] = choose(bounce.refracted != 0, eta * eta, 1);
+  const bool clear = glass & (bounce.refracted == 0);
   kept_[i] = choose(valid, 1 / squeeze_[i], 0);
   reflected_.set(i, throughput[i] * choose(clear, Rgb(1), albedo[i]) * kept_[i]);
-  out_.set(i, out);
+  out_.set(i, bounce.out);
   last_pdf[i] = choose(specular, 0, last_pdf[i]);
 }
 

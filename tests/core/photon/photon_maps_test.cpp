@@ -84,7 +84,7 @@ TEST(PhotonMaps, TheCausticSetLeavesAnEvenSkyOut) {
     for (std::uint32_t i = 0; i < maps.caustic.size(); ++i) sum += static_cast<double>(maps.caustic.flux(i).x);
     return sum / maps.emitted;
   };
-  for (std::uint32_t pass = 0; pass < 30; ++pass) {
+  for (std::uint32_t pass = 0; pass < 40; ++pass) {
     MapKey k = key(5000, pass);
     k.set = PhotonSet::caustic;
     const auto maps = *build_photon_maps(*both, k, test::workers().execution());
