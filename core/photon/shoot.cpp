@@ -102,30 +102,31 @@ class Shooter {
     }
     for (const std::uint32_t i : starting) {
       Walk& walk = walks_[i];
-      const EmittedFlux emitted =
-          scene_.lights.begin_emission(scene_.scene, light[i], walk.rng, lanes.size, emissions_);
-      walk.flux = emitted.flux;
-      walk.etendue = emitted.etendue;
-      const bool in_lanes = !is_black(walk.flux);
+      const bool in_lanes = scene_.lights.begin_emission(scene_.scene, light[i], walk.rng, lanes.size, emissions_);
       lanes.add(i, in_lanes);
-      if (!in_lanes) {
-        const EmissionSample emission = scene_.lights.sample_emission(scene_.scene, light[i], walk.rng);
-        walk.ray = emission.ray;
-        walk.flux = emission.flux;
-        walk.etendue = emission.etendue;
-      }
+      if (!in_lanes) begin(walk, scene_.lights.sample_emission(scene_.scene, light[i], walk.rng));
     }
     emissions_.emit(lanes.size);
-    for (std::uint32_t k = 0; k < lanes.size; ++k) {
-      walks_[lanes.items[k]].ray.origin = emissions_.position[k];
-      walks_[lanes.items[k]].ray.direction = emissions_.direction[k];
-    }
+    for (std::uint32_t k = 0; k < lanes.size; ++k) begin(walks_[lanes.items[k]], k);
     for (const std::uint32_t i : starting) {
       const bool started = start(walks_[i]);
       live_.add(i, started);
       nothing.add(i, !started);
     }
     return nothing;
+  }
+
+  static void begin(Walk& walk, const EmissionSample& emission) {
+    walk.ray = emission.ray;
+    walk.flux = emission.flux;
+    walk.etendue = emission.etendue;
+  }
+  // The same from a lane.
+  void begin(Walk& walk, std::uint32_t k) const {
+    walk.ray.origin = emissions_.position[k];
+    walk.ray.direction = emissions_.direction[k];
+    walk.flux = emissions_.flux[k];
+    walk.etendue = emissions_.etendue[k];
   }
 
   // Begins the walk of an emitted path; false where it carries nothing.

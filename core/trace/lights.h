@@ -43,6 +43,8 @@ struct alignas(64) EmissionLanes {
   float random[4][kLanes];
 
   // What goes out.
+  Vec3Lanes flux;                ///< as in EmissionSample
+  float etendue[kLanes];
   Vec3Lanes position;            ///< of the ray's origin
   Vec3Lanes direction;
 
@@ -94,12 +96,6 @@ struct EmissionSample {
   Rgb flux{0};            ///< Le·cos/(P·pdf_a·pdf_w): what one path of one carries, in W
   float etendue = 0;      ///< flux/Le in m²·sr: the phase space that the path stands for; 0 of punctual lights;
                           ///< infinite of an environment whose light is left to paths
-};
-
-/// What a path carries as it leaves a light, as in EmissionSample.
-struct EmittedFlux {
-  Rgb flux{0};
-  float etendue = 0;
 };
 
 /// Lights that belong together: the triangles of an emissive instance, or one other light.
@@ -173,9 +169,9 @@ class Lights {
   void prefetch(std::uint32_t light) const {
     if (light < emitters_.size()) __builtin_prefetch(&emitters_[light]);
   }
-  /// Fills lane k of what comes into `lanes` with a path from the light and returns what it carries; nothing happens,
-  /// and the flux is black, unless the light is a triangle of one colour without aim.
-  EmittedFlux begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k, EmissionLanes& lanes) const;
+  /// Fills lane k of what comes into `lanes` with a path from the light, and of what goes out with what it carries. False,
+  /// and nothing happens, unless the light is a triangle of one colour without aim.
+  bool begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k, EmissionLanes& lanes) const;
 
  private:
   static constexpr std::uint32_t kNoLight = 0xffffffff;

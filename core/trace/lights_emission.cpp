@@ -26,12 +26,12 @@ EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, co
   return {ray, emitted(scene, light, uv, front) * etendue, etendue};
 }
 
-EmittedFlux Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k,
-                                   EmissionLanes& lanes) const {
-  if (light >= emitters_.size()) return {};
+bool Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k,
+                            EmissionLanes& lanes) const {
+  if (light >= emitters_.size()) return false;
   const EmitterTriangle& emitter = emitters_[light];
   const Material& material = scene.materials[emitter.material];
-  if (!material.shines_evenly() || aim_of(light).share() > 0) return {};
+  if (!material.shines_evenly() || aim_of(light).share() > 0) return false;
   lanes.origin.set(k, emitter.origin);
   lanes.ab.set(k, emitter.ab);
   lanes.ac.set(k, emitter.ac);
@@ -39,7 +39,9 @@ EmittedFlux Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng&
   const float side = material.double_sided && rng.next() >= 0.5f ? -1.0f : 1.0f;
   lanes.normal.set(k, side * emitter.normal);
   lanes.extent[k] = emitter.extent;
-  return {material.emission * emitter.etendue, emitter.etendue};
+  lanes.flux.set(k, material.emission * emitter.etendue);
+  lanes.etendue[k] = emitter.etendue;
+  return true;
 }
 
 void EmissionLanes::emit(std::uint32_t count) {

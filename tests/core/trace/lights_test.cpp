@@ -89,7 +89,9 @@ TEST(Lights, LanesEmitWhatSingleSamplesDo) {
       const std::uint32_t light = lights.choose(rng.next());
       Rng same = rng;
       single[k] = lights.sample_emission(prepared->scene, light, same);
-      EXPECT_EQ(lights.begin_emission(prepared->scene, light, rng, k, *lanes).flux, single[k].flux);
+      ASSERT_TRUE(lights.begin_emission(prepared->scene, light, rng, k, *lanes));
+      EXPECT_EQ(lanes->flux[k], single[k].flux);
+      EXPECT_EQ(lanes->etendue[k], single[k].etendue);
     }
     lanes->emit(kLanes);
     for (std::uint32_t k = 0; k < kLanes; ++k) {
