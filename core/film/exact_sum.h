@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace photond {
@@ -45,6 +46,9 @@ struct ExactSum {
   }
   bool operator==(const ExactSum&) const = default;
 };
+
+/// Adds each of `count` floats to the sum in its place.
+void add(ExactSum* sums, const float* x, std::size_t count);
 
 /// The same for squares: unit 2⁻⁹⁶, room for 2²⁴ squares of the largest summand.
 struct ExactSquareSum {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cassert>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include "core/film/rows.h"
@@ -65,11 +66,41 @@ bool fits(const Bands& bands) {
   return true;
 }
 
-void add_bands(Film::BandSums& sums, const Bands& bands) {
-  for (int j = 0; j < kBands; ++j) {
-    for (int c = 0; c < 3; ++c) sums.value[j][c].add(bands.value[j][c]);
-    sums.variance[j].add(bands.variance[j]);
+void add(std::array<ExactSum, 3>* sums, std::span<const Rgb> values) {
+  static_assert(sizeof *sums == 3 * sizeof(ExactSum) && sizeof(Rgb) == 3 * sizeof(float));
+  add(reinterpret_cast<ExactSum*>(sums), reinterpret_cast<const float*>(values.data()), 3 * values.size());
+}
+
+void add(Film::BandSums* sums, std::span<const Bands> bands) {
+  constexpr std::size_t kNumbers = 4 * kBands;
+  static_assert(sizeof *sums == kNumbers * sizeof(ExactSum) && sizeof(Bands) == kNumbers * sizeof(float));
+  add(reinterpret_cast<ExactSum*>(sums), reinterpret_cast<const float*>(bands.data()), kNumbers * bands.size());
+}
+
+// Adds row y of a pass, black where its values do not fit. Returns how many do not.
+std::uint64_t add_row(Film& film, Film::Sums& sum, const PassImage& image, std::size_t y) {
+  const auto width = static_cast<std::size_t>(film.width);
+  const std::size_t first = y * width;
+  const Rgb* row = &image.radiance.pixels[first];
+  std::vector<Rgb> radiance(row, row + width);
+  std::vector<Bands> bands;
+  if (!image.bands.empty()) bands.assign(&image.bands[first], &image.bands[first] + width);
+  std::uint64_t rejected = 0;
+  for (std::size_t i = 0; i < width; ++i) {
+    if (fits(radiance[i]) && (bands.empty() || fits(bands[i]))) continue;
+    radiance[i] = Rgb(0);
+    if (!bands.empty()) bands[i] = {};
+    ++rejected;
   }
+  add(&sum[first], radiance);
+  if (!bands.empty()) add(&film.bands[first], bands);
+  for (std::size_t i = 0; i < width; ++i) {
+    const Rgb& value = radiance[i];
+    film.largest[first + i] = std::max(film.largest[first + i], value.x + value.y + value.z);
+    if (film.pass_squares.empty()) continue;
+    for (int c = 0; c < 3; ++c) film.pass_squares[first + i][static_cast<std::size_t>(c)].add_square(value[c]);
+  }
+  return rejected;
 }
 
 void merge_bands(ZeroedArray<Film::BandSums>& to, const ZeroedArray<Film::BandSums>& from) {
@@ -116,23 +147,10 @@ bool Film::contains(std::uint32_t pass) const {
 void add_pass(Film& film, std::uint32_t pass, const PassImage& image, const Execution& execution) {
   const std::size_t pixels = film.complete.size();
   assert(image.radiance.pixels.size() == pixels && !film.contains(pass));
-  const bool banded = !image.bands.empty();
-  if (banded && film.bands.empty()) film.bands = ZeroedArray<Film::BandSums>(pixels);
+  if (!image.bands.empty() && film.bands.empty()) film.bands = ZeroedArray<Film::BandSums>(pixels);
   Film::OpenBlock& block = open_block(film, pass / kBlockPasses);
   std::atomic<std::uint64_t> rejected = 0;
-  for_pixels(film, uninterrupted(execution), [&](std::size_t i) {
-    const Rgb value = image.radiance.pixels[i];
-    if (!fits(value) || (banded && !fits(image.bands[i]))) {
-      ++rejected;
-      return;
-    }
-    for (int c = 0; c < 3; ++c) {
-      block.sum[i][c].add(value[c]);
-      if (!film.pass_squares.empty()) film.pass_squares[i][c].add_square(value[c]);
-    }
-    if (banded) add_bands(film.bands[i], image.bands[i]);
-    film.largest[i] = std::max(film.largest[i], value.x + value.y + value.z);
-  });
+  for_rows(film, uninterrupted(execution), [&](std::size_t y) { rejected += add_row(film, block.sum, image, y); });
   film.rejected += rejected;
   film.truncated += image.truncated;
   block.passes = static_cast<std::uint16_t>(block.passes | 1u << (pass % kBlockPasses));

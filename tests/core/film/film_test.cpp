@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -86,6 +87,28 @@ TEST(ExactSum, IsExactWhereDoublesAreNot) {
   sum.add(-0.0f);
   sum.add(0x1p-140f);  // denormal: below the unit
   EXPECT_EQ(sum.value(), -0x1p-40);
+}
+
+// Every exponent and both signs, on sums of any bits; and counts that no vector divides.
+TEST(ExactSum, ManyAtOnceAreWhatEachIs) {
+  constexpr std::size_t kMost = 23;
+  Rng rng(3, RngPurpose::pilot, 0, 0);
+  const float largest = std::nextafter(kLargestSummand, 0.0f);
+  for (int round = 0; round < 20'000; ++round) {
+    const std::size_t count = rng.next_uint() % (kMost + 1);
+    std::array<ExactSum, kMost> one, all;
+    std::array<float, kMost> x;
+    for (std::size_t i = 0; i < kMost; ++i) {
+      const std::uint32_t bits = rng.next_uint();
+      x[i] = std::clamp(std::bit_cast<float>(bits & 0x40000000u ? bits & 0xd2ffffffu : bits), -largest, largest);
+      if (bits % 16 == 0) x[i] = bits & 16 ? -0.0f : 0.0f;
+      for (int word = 0; word < 4; ++word) one[i].bits = one[i].bits << 32 | (rng.next_uint() | (word == round % 5 ? ~0u : 0));
+      all[i] = one[i];
+    }
+    for (std::size_t i = 0; i < count; ++i) one[i].add(x[i]);
+    add(all.data(), x.data(), count);
+    ASSERT_EQ(all, one);
+  }
 }
 
 TEST(ExactSum, SquaresCoverTheirRange) {

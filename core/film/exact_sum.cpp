@@ -1,0 +1,61 @@
+#include "core/film/exact_sum.h"
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+namespace photond {
+
+namespace {
+
+#ifdef __AVX2__
+constexpr std::size_t kTogether = 4;
+
+// x · 2^shift, of 64 bits that begin at the lowest; shifts by 64 and more leave nothing, whether left or right.
+__m256i shifted(const __m256i& x, const __m256i& shift) {
+  return _mm256_or_si256(_mm256_sllv_epi64(x, shift),
+                         _mm256_srlv_epi64(x, _mm256_sub_epi64(_mm256_setzero_si256(), shift)));
+}
+
+__m256i less_unsigned(const __m256i& a, const __m256i& b) {
+  const __m256i top = _mm256_set1_epi64x(static_cast<std::int64_t>(1ull << 63));
+  return _mm256_cmpgt_epi64(_mm256_xor_si256(b, top), _mm256_xor_si256(a, top));
+}
+
+// ExactSum::add of four. Lanes are in the order 0, 2, 1, 3, which is that of sums taken apart.
+void add_together(ExactSum* sums, const float* x) {
+  const __m128i four = _mm_loadu_si128(reinterpret_cast<const __m128i*>(x));
+  const __m256i raw = _mm256_cvtepu32_epi64(_mm_shuffle_epi32(four, _MM_SHUFFLE(3, 1, 2, 0)));
+  const __m256i exponent = _mm256_and_si256(_mm256_srli_epi64(raw, 23), _mm256_set1_epi64x(0xff));
+  const __m256i mantissa = _mm256_or_si256(_mm256_and_si256(raw, _mm256_set1_epi64x(0x7fffff)), _mm256_set1_epi64x(0x800000));
+  const __m256i sign = _mm256_sub_epi64(_mm256_setzero_si256(), _mm256_srli_epi64(raw, 31));
+  const __m256i shift = _mm256_sub_epi64(exponent, _mm256_set1_epi64x(86));
+  __m256i low = shifted(mantissa, shift);
+  __m256i high = shifted(mantissa, _mm256_sub_epi64(shift, _mm256_set1_epi64x(64)));
+  // Negative ones: −x = ~x + 1, which carries where the low bits were 0.
+  low = _mm256_sub_epi64(_mm256_xor_si256(low, sign), sign);
+  const __m256i carry = _mm256_and_si256(sign, _mm256_cmpeq_epi64(low, _mm256_setzero_si256()));
+  high = _mm256_sub_epi64(_mm256_xor_si256(high, sign), carry);
+
+  auto* at = reinterpret_cast<__m256i*>(sums);
+  const __m256i a = _mm256_loadu_si256(at), b = _mm256_loadu_si256(at + 1);
+  const __m256i sum_low = _mm256_add_epi64(_mm256_unpacklo_epi64(a, b), low);
+  const __m256i sum_high = _mm256_sub_epi64(_mm256_add_epi64(_mm256_unpackhi_epi64(a, b), high), less_unsigned(sum_low, low));
+  _mm256_storeu_si256(at, _mm256_unpacklo_epi64(sum_low, sum_high));
+  _mm256_storeu_si256(at + 1, _mm256_unpackhi_epi64(sum_low, sum_high));
+}
+#else
+constexpr std::size_t kTogether = 1;
+
+void add_together(ExactSum* sum, const float* x) { sum->add(*x); }
+#endif
+
+}  // namespace
+
+void add(ExactSum* sums, const float* x, std::size_t count) {
+  std::size_t i = 0;
+  for (; i + kTogether <= count; i += kTogether) add_together(sums + i, x + i);
+  for (; i < count; ++i) sums[i].add(x[i]);
+}
+
+}  // namespace photond
