@@ -20,7 +20,9 @@ class Variance {
   Variance(const Film& film, std::uint32_t min_blocks)
       : film_(film),
         by_blocks_(film.blocks >= min_blocks),
-        count_(by_blocks_ ? film.blocks : film.pass_count()) {}
+        count_(by_blocks_ ? film.blocks : film.pass_count()),
+        per_pass_(1 / (count_ * kBlockPasses)),
+        of_mean_(1 / (count_ - 1) / count_) {}
 
   /// Of the sum of a variance of these passes and of another one that is known well, as that of many photons
   /// [Welch 1947].
@@ -32,15 +34,16 @@ class Variance {
   /// Of pixel i and channel c; `pass_mean` is the mean over all passes.
   double operator()(std::size_t i, std::size_t c, double pass_mean) const {
     const double squares = (by_blocks_ ? film_.block_squares : film_.pass_squares)[i][c].value();
-    const double mean = by_blocks_ ? film_.complete[i][c].value() / (count_ * kBlockPasses) : pass_mean;
+    const double mean = by_blocks_ ? film_.complete[i][c].value() * per_pass_ : pass_mean;
     // Σ(x − mean)² = Σx² − n·mean²; what rounding leaves of equal values may be negative.
-    return std::max(0.0, squares - count_ * mean * mean) / (count_ - 1) / count_;
+    return std::max(0.0, squares - count_ * mean * mean) * of_mean_;
   }
 
  private:
   const Film& film_;
   bool by_blocks_;
   double count_;
+  double per_pass_, of_mean_;   // what a sum over complete blocks and Σ(x − mean)² are multiplied by
 };
 
 /// What an ErrorEstimate is made of, over some pixels.
@@ -104,18 +107,20 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
   const auto width = static_cast<std::size_t>(film.width);
   std::vector<ErrorSums> rows(static_cast<std::size_t>(film.height));
   for_rows(film, execution, [&](std::size_t y) {
+    ErrorSums row;
     for (std::size_t i = y * width; i < (y + 1) * width; ++i) {
       const glm::dvec3 mean = pass_mean(film, i);
-      rows[y].dominated += is_dominated(film, i, mean, passes);
+      row.dominated += is_dominated(film, i, mean, passes);
       for (int c = 0; c < 3; ++c) {
         const double v = variance(i, static_cast<std::size_t>(c), mean[c]);
         if (banded) {
-          rows[y].add(v + picture.variance[i][c], picture.bias_sq[i][c], picture.mean[i][c]);
+          row.add(v + picture.variance[i][c], picture.bias_sq[i][c], picture.mean[i][c]);
         } else {
-          rows[y].add(v, 0, mean[c]);
+          row.add(v, 0, mean[c]);
         }
       }
     }
+    rows[y] = row;
   });
   ErrorSums sums;
   for (const ErrorSums& row : rows) sums.add(row);
