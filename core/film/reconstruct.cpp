@@ -23,9 +23,9 @@ constexpr double kOverlapLeft = 5.0 / 16;
 // What all bands beyond one add up to, over that band: 1/3 for smooth fields (B r² − B (r/2)² = 3 B (r/2)²), 1.6 for
 // the root mean square across a step. Stands for the bands finer than the last, where the geometric mean of the two is
 // taken, and for those finer than one that is not added at all, where light is mostly smooth. So mean square errors are
-// predicted a fifth too small where steps are all there is, a sixth too large under smooth light.
+// predicted a fifth too small where steps are all there is, a seventh too large under smooth light.
 constexpr double kBeyondLast = 0.73;
-constexpr double kBeyondNone = 0.4;
+constexpr double kBeyondNone = 1 / 3.0;
 // A share that depends on the very noise it multiplies errs by 4·V·(1 − a)/m more than a fixed one [Stein 1981], m the
 // number of independent values in the window: between one, where kernels are much wider than the window, and many.
 constexpr double kFollow = 4.0 / 2;
