@@ -62,4 +62,13 @@ inline Vec4 sample_texture(const Scene& scene, const Texture& texture, Vec2 uv) 
   return top * (1 - t) + bottom * t;
 }
 
+/// A texture slot at a point of a triangle of the mesh: `vertices` are indices of its corners' attributes, u and v the
+/// weights of the second and third. Where the mesh has no such coordinates they are (0, 0).
+inline Vec4 lookup(const Scene& scene, const TextureSlot& slot, const Mesh& mesh, const glm::uvec3& vertices, float u,
+                   float v) {
+  const auto& uv = mesh.uv[slot.uv_set];
+  const Vec2 at = uv.empty() ? Vec2(0) : (1 - u - v) * uv[vertices.x] + u * uv[vertices.y] + v * uv[vertices.z];
+  return sample_texture(scene, scene.textures[slot.texture], slot.uv_transform * Vec3(at, 1));
+}
+
 }  // namespace photond

@@ -8,13 +8,6 @@ namespace photond {
 
 namespace {
 
-Vec2 interpolate_uv(const Mesh& mesh, const TextureSlot& slot, const glm::uvec3& triangle, float u, float v) {
-  const auto& uv = mesh.uv[slot.uv_set];
-  if (uv.empty()) return {0, 0};
-  const Vec2 st = (1 - u - v) * uv[triangle.x] + u * uv[triangle.y] + v * uv[triangle.z];
-  return slot.uv_transform * Vec3(st, 1);
-}
-
 float alpha_at(const Scene& scene, const Mesh& mesh, const Material& material, std::uint32_t primitive, float u,
                float v) {
   const glm::uvec3 triangle = mesh.triangles[primitive];
@@ -23,9 +16,7 @@ float alpha_at(const Scene& scene, const Mesh& mesh, const Material& material, s
     value *= (1 - u - v) * mesh.colors[triangle.x].w + u * mesh.colors[triangle.y].w + v * mesh.colors[triangle.z].w;
   }
   const TextureSlot& slot = material.base_color_texture;
-  if (slot.used()) {
-    value *= sample_texture(scene, scene.textures[slot.texture], interpolate_uv(mesh, slot, triangle, u, v)).w;
-  }
+  if (slot.used()) value *= lookup(scene, slot, mesh, triangle, u, v).w;
   return value;
 }
 

@@ -14,11 +14,6 @@ T interpolate(const std::vector<T>& values, const glm::uvec3& i, float u, float 
   return (1 - u - v) * values[i.x] + u * values[i.y] + v * values[i.z];
 }
 
-Vec2 surface_uv(const SurfacePoint& s, std::uint32_t set) {
-  const auto& uv = s.mesh->uv[set];
-  return uv.empty() ? Vec2(0) : interpolate(uv, s.vertices, s.u, s.v);
-}
-
 // Tangent and handedness of the normal texture: the mesh's own, or from the texture coordinates' gradient.
 bool tangent_space(const Scene& scene, const SurfacePoint& s, Vec3& tangent, float& handedness) {
   const Affine& m = scene.instances[s.instance].to_world;
@@ -156,8 +151,7 @@ SurfacePoint SurfaceLanes::point(std::uint32_t k, const Scene& scene, const Hit&
 }
 
 Vec4 lookup(const Scene& scene, const TextureSlot& slot, const SurfacePoint& surface) {
-  const Vec2 uv = slot.uv_transform * Vec3(surface_uv(surface, slot.uv_set), 1);
-  return sample_texture(scene, scene.textures[slot.texture], uv);
+  return lookup(scene, slot, *surface.mesh, surface.vertices, surface.u, surface.v);
 }
 
 Rgb emitted_radiance(const Scene& scene, const SurfacePoint& surface) {

@@ -253,10 +253,11 @@ TEST(HardCase, LeaningNormalsOfGlass23) {
       const Mesh sharp = box({-1, -1, -0.1f}, {1, 1, 0.1f});
       Mesh pane;
       for (const glm::uvec3& t : sharp.triangles) {
-        const Vec3 a = sharp.positions[t.x], b = sharp.positions[t.y], c = sharp.positions[t.z];
-        const Vec3 leaning = glm::normalize(glm::cross(b - a, c - a)) + std::tan(degrees * kPi / 180) * Vec3(0.6f, 0.8f, 0);
+        const Vec3 corners[] = {sharp.positions[t.x], sharp.positions[t.y], sharp.positions[t.z]};
+        const Vec3 across = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+        const Vec3 leaning = glm::normalize(across) + std::tan(degrees * kPi / 180) * Vec3(0.6f, 0.8f, 0);
         const auto first = static_cast<std::uint32_t>(pane.positions.size());
-        pane.positions.insert(pane.positions.end(), {a, b, c});
+        pane.positions.insert(pane.positions.end(), std::begin(corners), std::end(corners));
         pane.normals.insert(pane.normals.end(), 3, glm::normalize(leaning));
         pane.triangles.push_back({first, first + 1, first + 2});
       }

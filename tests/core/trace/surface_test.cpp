@@ -7,6 +7,7 @@
 
 #include "core/math/frame.h"
 #include "core/math/warp.h"
+#include "core/trace/coverage.h"
 #include "core/trace/prepare.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -219,6 +220,23 @@ TEST(Surface, LookupAppliesTheSlotsTransformAndUvSet) {
   EXPECT_FLOAT_EQ(lookup(scene, slot, surface).x, 1);
   slot = {.texture = 0, .uv_set = 0};
   EXPECT_FLOAT_EQ(lookup(scene, slot, surface).x, 1);
+}
+
+// Transforms apply to coordinates that a mesh does not have, too, whether colour or alpha is looked up.
+TEST(Surface, WithoutCoordinatesTheTextureIsReadAtItsTransformedOrigin) {
+  Scene scene;
+  scene.images.push_back({.width = 2, .height = 1, .u8 = {0, 0, 0, 0, 255, 255, 255, 255}});
+  scene.textures.push_back({.nearest = true});
+  Material material = test::lambert(Rgb(1));
+  material.alpha_mode = AlphaMode::blend;
+  material.base_color_texture = {.texture = 0, .uv_transform = glm::mat3x2(1, 0, 0, 1, 0.6f, 0)};
+  scene.materials.push_back(material);
+  Mesh mesh;
+  mesh.triangles = {{0, 1, 2}};
+  SurfacePoint surface{};
+  surface.mesh = &mesh;
+  EXPECT_EQ(lookup(scene, material.base_color_texture, surface).x, 1);
+  EXPECT_EQ(coverage(scene, mesh, 0, 0.2f, 0.3f), 1);
 }
 
 }  // namespace
