@@ -107,7 +107,11 @@ class Shooter {
       if (!in_lanes) begin(walk, scene_.lights.sample_emission(scene_.scene, light[i], walk.rng));
     }
     emissions_.emit(lanes.size);
-    for (std::uint32_t k = 0; k < lanes.size; ++k) begin(walks_[lanes.items[k]], k);
+    for (std::uint32_t k = 0; k < lanes.size; ++k) {
+      const std::uint32_t i = lanes.items[k];
+      if (scene_.lights.aims(light[i])) scene_.lights.share_emission(light[i], k, emissions_);
+      begin(walks_[i], k);
+    }
     for (const std::uint32_t i : starting) {
       const bool started = start(walks_[i]);
       live_.add(i, started);

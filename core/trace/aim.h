@@ -31,6 +31,8 @@ class Aim {
 
   /// Share of the paths that aim.
   float share() const { return kAllFeatures ? share_ : 0; }
+  /// Whether a path aims. Takes no random number where none does.
+  bool draw(Rng& rng) const { return share() > 0 && rng.next() < share(); }
   /// A ball.
   std::uint32_t choose(float u) const { return choice_.sample(u); }
 
@@ -46,12 +48,16 @@ class Aim {
   float pdf_a(const Vec3& point, const Vec3& direction, std::uint32_t drawn = kNone) const;
 
  private:
-  // Sums `density(ball)` over the balls that the line meets.
-  template <class Density>
-  float sum(const Vec3& point, const Vec3& direction, std::uint32_t drawn, bool forward, const Density& density) const;
+  // What densities need of eight balls. Those that are none have no weight.
+  struct alignas(32) Eight {
+    float x[8], y[8], z[8];
+    float radius_sq[8];
+    float weight[8];
+  };
 
   float share_ = 0;
   std::vector<Ball> balls_;
+  std::vector<Eight> eights_;
   AliasTable choice_;
 };
 

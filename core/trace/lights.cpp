@@ -120,14 +120,15 @@ double Lights::triangle_power(const Scene& scene, std::uint32_t light) const {
   return sides * kPi * emitters_[light].area * radiance;
 }
 
-// From the density of ordinary emission, |cos θ|/π of a side's, and of the aim.
+// The densities of directions compared: that of ordinary emission, |cos θ|/π of a side's, and what it is with the aim.
 [[gnu::noinline]] float Lights::aimed_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction,
                                               const Aim& aim, std::uint32_t drawn) const {
   const EmitterTriangle& emitter = emitters_[light];
-  const float projected = std::abs(glm::dot(emitter.normal, direction)) * emitter.area / choice_.pdf(light);
-  const float ordinary = projected / emitter.etendue;
+  if (!(emitter.etendue > 0)) return 0;
+  const float cosine = std::abs(glm::dot(emitter.normal, direction));
+  const float ordinary = cosine * emitter.area / (choice_.pdf(light) * emitter.etendue);
   const float pdf_w = (1 - aim.share()) * ordinary + aim.share() * aim.pdf_w(point, direction, drawn);
-  return pdf_w > 0 ? projected / pdf_w : kInfinity;
+  return emitter.etendue * (pdf_w > 0 ? ordinary / pdf_w : 1 / (1 - aim.share()));
 }
 
 float Lights::etendue(const SurfacePoint& s, const Vec3& direction) const {

@@ -35,7 +35,8 @@ struct alignas(64) EmitterTriangle {
   Vec3 at(const Vec2& uv) const { return origin + uv.x * ab + uv.y * ac; }
 };
 
-/// Paths that leave emissive triangles of one colour.
+/// Paths that leave emissive triangles of one colour as they leave them without aim: uniform on the triangle,
+/// cosine-distributed.
 struct alignas(64) EmissionLanes {
   // What comes in.
   Vec3Lanes origin, ab, ac, normal;  ///< the triangles; the normal on the side that emits
@@ -48,7 +49,7 @@ struct alignas(64) EmissionLanes {
   Vec3Lanes position;            ///< of the ray's origin
   Vec3Lanes direction;
 
-  /// Computes the first `count` rays: uniform on the triangle, cosine-distributed.
+  /// Computes the first `count` rays.
   void emit(std::uint32_t count);
 };
 
@@ -170,8 +171,12 @@ class Lights {
     if (light < emitters_.size()) __builtin_prefetch(&emitters_[light]);
   }
   /// Fills lane k of what comes into `lanes` with a path from the light, and of what goes out with what it carries. False,
-  /// and nothing happens, unless the light is a triangle of one colour without aim.
+  /// and nothing happens, unless the light is a triangle of one colour, and the path does not aim.
   bool begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k, EmissionLanes& lanes) const;
+  /// Whether some paths of the light aim, so that what lane k of `lanes` carries is to be corrected by `share_emission`
+  /// once its ray is known.
+  bool aims(std::uint32_t light) const { return aim_of(light).share() > 0; }
+  void share_emission(std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const;
 
  private:
   static constexpr std::uint32_t kNoLight = 0xffffffff;

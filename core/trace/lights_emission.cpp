@@ -7,12 +7,13 @@ namespace photond {
 
 EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const {
   const EmitterTriangle& emitter = emitters_[light];
+  const bool aims = aim.draw(rng);
   const Vec2 uv = square_to_triangle(rng.next2());
   const Vec3 position = emitter.at(uv);
   std::uint32_t drawn = Aim::kNone;
   Vec3 direction;
   bool front = true;
-  if (aim.share() > 0 && rng.next() < aim.share()) {
+  if (aims) {
     drawn = aim.choose(rng.next());
     direction = aim.direction(position, drawn, rng.next2());
     front = glm::dot(direction, emitter.normal) > 0;
@@ -31,7 +32,10 @@ bool Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, s
   if (light >= emitters_.size()) return false;
   const EmitterTriangle& emitter = emitters_[light];
   const Material& material = scene.materials[emitter.material];
-  if (!material.shines_evenly() || aim_of(light).share() > 0) return false;
+  if (!material.shines_evenly()) return false;
+  Rng ahead = rng;
+  if (aim_of(light).draw(ahead)) return false;
+  rng = ahead;
   lanes.origin.set(k, emitter.origin);
   lanes.ab.set(k, emitter.ab);
   lanes.ac.set(k, emitter.ac);
@@ -42,6 +46,12 @@ bool Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, s
   lanes.flux.set(k, material.emission * emitter.etendue);
   lanes.etendue[k] = emitter.etendue;
   return true;
+}
+
+void Lights::share_emission(std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const {
+  const float etendue = aimed_etendue(light, lanes.position[k], lanes.direction[k], aim_of(light), Aim::kNone);
+  lanes.flux.set(k, lanes.flux[k] * (etendue / lanes.etendue[k]));
+  lanes.etendue[k] = etendue;
 }
 
 void EmissionLanes::emit(std::uint32_t count) {
@@ -59,7 +69,7 @@ void EmissionLanes::emit(std::uint32_t count) {
 Ray Lights::ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, float& pdf_a) const {
   Vec3 place;
   std::uint32_t drawn = Aim::kNone;
-  if (aim.share() > 0 && rng.next() < aim.share()) {
+  if (aim.draw(rng)) {
     drawn = aim.choose(rng.next());
     place = aim.place(direction, drawn, rng.next2());
     place -= glm::dot(place - center_, direction) * direction;
@@ -78,7 +88,7 @@ EmissionSample Lights::emit_point(const PunctualLight& light, float choice, cons
   const float cone_pdf = spot ? square_to_cone_pdf(light.cos_outer) : kSpherePdf;
   std::uint32_t drawn = Aim::kNone;
   Vec3 direction;
-  if (aim.share() > 0 && rng.next() < aim.share()) {
+  if (aim.draw(rng)) {
     drawn = aim.choose(rng.next());
     direction = aim.direction(light.position, drawn, rng.next2());
   } else if (spot) {

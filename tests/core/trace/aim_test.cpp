@@ -218,6 +218,56 @@ TEST(AimedEmission, TellsTheEtendueThatPathsHave) {
   }
 }
 
+// Of the same random numbers: the results differ by the contraction of products and sums only, but for paths by the rim
+// of a ball, since densities are taken at the ray's origin, off the surface.
+TEST(AimedEmission, LanesEmitWhatSingleSamplesDo) {
+  for (auto& [name, scene] : lit_scenes()) {
+    const auto aimed = test::prepared(std::move(scene));
+    const Lights& lights = aimed->lights;
+    const auto lanes = std::make_unique<EmissionLanes>();
+    Rng rng(5, RngPurpose::pilot, 0, 0);
+    int in_lanes = 0, differ = 0;
+    constexpr int kPaths = 4000;
+    for (int i = 0; i < kPaths; ++i) {
+      const std::uint32_t light = lights.choose(rng.next());
+      Rng same = rng;
+      const EmissionSample single = lights.sample_emission(aimed->scene, light, same);
+      const bool begun = lights.begin_emission(aimed->scene, light, rng, 0, *lanes);
+      if (!begun) {
+        rng = same;
+        continue;
+      }
+      ++in_lanes;
+      lanes->emit(1);
+      ASSERT_TRUE(lights.aims(light)) << name;
+      lights.share_emission(light, 0, *lanes);
+      EXPECT_LT(glm::distance(lanes->direction[0], single.ray.direction), 1e-5f) << name;
+      EXPECT_LT(glm::distance(lanes->position[0], single.ray.origin), 1e-5f) << name;
+      differ += std::abs(lanes->etendue[0] - single.etendue) > 1e-4f * single.etendue ||
+                glm::distance(lanes->flux[0], single.flux) > 1e-4f * max_component(single.flux);
+    }
+    const bool triangles = lights.probability(0) < 1;   // the others have one light
+    EXPECT_LE(differ, 2) << name;
+    EXPECT_NEAR(in_lanes, triangles ? 0.9 * kPaths : 0, 100) << name;
+  }
+}
+
+// Chosen now and then, since dim lights have a floor: nothing leaves them.
+TEST(AimedEmission, NothingLeavesTrianglesWithoutArea) {
+  Scene scene = small_glass();
+  Mesh lamp = test::parallelogram({-2, 5, -2}, {4, 0, 0}, {0, 0, 4});
+  lamp.triangles.push_back({0, 1, 1});
+  test::add_mesh(scene, lamp, test::add_material(scene, test::emitter({3, 2, 1})));
+  const auto aimed = test::prepared(std::move(scene));
+  ASSERT_TRUE(aimed->aim.active);
+  Rng rng(6, RngPurpose::pilot, 0, 0);
+  for (int i = 0; i < 2000; ++i) {
+    const EmissionSample s = aimed->lights.sample_emission(aimed->scene, 2, rng);
+    ASSERT_EQ(s.flux, Rgb(0));
+    ASSERT_EQ(s.etendue, 0);
+  }
+}
+
 TEST(LearnAim, IsActiveOnlyWhereItPays) {
   Scene none = test::empty_scene();
   test::add_mesh(none, test::box({-1, -1, -1}, {1, 1, 1}), test::add_material(none, test::lambert(Rgb(1))));
