@@ -1,5 +1,5 @@
 import { reached } from './events';
-import type { FrameKey } from './frames';
+import type { FrameKey, View } from './frames';
 import { fetch_with_key } from './key';
 import { WireError, type Parser } from './parse';
 import {
@@ -42,8 +42,8 @@ export const api = {
   extend: (id: string, stop: JobRequest['stop']) => ask(`v1/jobs/${id}/extend`, parse_job, json_post({ stop })),
 };
 
-export function frame_url(job: string, revision: number | 'latest', format: FrameFormat): string {
-  return `v1/jobs/${job}/frames/${revision}.${format}`;
+export function frame_url(job: string, revision: number | 'latest', format: FrameFormat, view: View = 'picture'): string {
+  return `v1/jobs/${job}/frames/${revision}.${format}${view === 'error' ? '?layer=error.bound' : ''}`;
 }
 
 /** Events of all jobs, from now on. */
@@ -68,11 +68,12 @@ export async function fetch_file(path: string): Promise<Answer<Blob>> {
 
 /**
  * The newest picture of the job of `key`, which is that of `key` or a later one: older ones are not kept for long. Null
- * where there is none, 'later' where the server is busy or away.
+ * where there is none, 'later' where the server is busy or away. Errors come with the pictures after the first look at one.
  */
 export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<FramePicture | 'later' | null> {
   const format = key.lossless ? 'png' : 'jpg';
-  const response = await reached(fetch_with_key(frame_url(key.job, 'latest', format), { signal, cache: 'no-store' }));
+  const url = frame_url(key.job, 'latest', format, key.view);
+  const response = await reached(fetch_with_key(url, { signal, cache: 'no-store' }));
   if (!response || response.status === 429 || response.status >= 500) return 'later';
   if (response.status !== 200) return null;
   const blob = await reached(response.blob());
@@ -80,9 +81,9 @@ export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<Fr
   return { bitmap: await createImageBitmap(blob), revision: revision_of(response) ?? key.revision };
 }
 
-/** The revision that Content-Location names (`…/frames/7.jpg`). */
+/** The revision that Content-Location names (`…/frames/7.jpg`, perhaps with the layer behind it). */
 function revision_of(response: Response): number | null {
-  const found = /\/frames\/(\d+)\.\w+$/.exec(response.headers.get('Content-Location') ?? '');
+  const found = /\/frames\/(\d+)\.\w+(\?|$)/.exec(response.headers.get('Content-Location') ?? '');
   return found ? Number(found[1]) : null;
 }
 

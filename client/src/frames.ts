@@ -3,18 +3,31 @@ import { retry_wait } from './events';
 
 const kFirstWaitMs = 1000; // before a picture that could not be had is asked for again
 
-/** Names one picture: a revision of a job's. */
-export interface FrameKey {
+/** What is shown of a job: its picture, or how wrong each pixel of it may be. */
+export type View = 'picture' | 'error';
+
+/** What is looked at. */
+export interface Watched {
   job: string;
+  view: View;
+}
+
+/** Names one picture: a revision of a job's. */
+export interface FrameKey extends Watched {
   revision: number;
   /** Fetched without loss; a better form of the same revision. */
   lossless: boolean;
 }
 
-/** Whether `candidate` should replace `shown`: never a picture of another job or an older one. */
-export function supersedes(candidate: FrameKey, shown: FrameKey | null, job: string | null): boolean {
-  if (candidate.job !== job) return false;
-  if (!shown || shown.job !== job) return true;
+/** Whether both are of one job and show the same of it. */
+export function same(a: Watched | null, b: Watched | null): boolean {
+  return a?.job === b?.job && a?.view === b?.view;
+}
+
+/** Whether `candidate` should replace `shown`: never a picture of something else than is watched, or an older one. */
+export function supersedes(candidate: FrameKey, shown: FrameKey | null, watched: Watched | null): boolean {
+  if (!same(candidate, watched)) return false;
+  if (!shown || !same(shown, watched)) return true;
   if (candidate.revision !== shown.revision) return candidate.revision > shown.revision;
   return candidate.lossless && !shown.lossless;
 }
@@ -23,11 +36,11 @@ type Load = (key: FrameKey, signal: AbortSignal) => Promise<FramePicture | 'late
 
 /**
  * Fetches the pictures that are announced, one at a time: while one is on its way only the newest announcement is
- * remembered, so that a slow line skips pictures. What arrives late, for another job or an older revision, is dropped.
+ * remembered, so that a slow line skips pictures. What arrives late, of something else or of an older revision, is dropped.
  * What cannot be had just now is asked for again: of a job that has ended nothing else is announced.
  */
 export class FrameLoader {
-  private job: string | null = null;
+  private watched: Watched | null = null;
   private shown: FrameKey | null = null;
   private loading: { key: FrameKey; abort: AbortController } | null = null;
   private next: FrameKey | null = null;
@@ -38,10 +51,10 @@ export class FrameLoader {
   /** `load` answers null where there is no picture, 'later' where one may be had; `show` receives those that count. */
   constructor(private readonly load: Load, private readonly show: (picture: FramePicture, key: FrameKey) => void) {}
 
-  /** From now on only pictures of `job` count. */
-  watch(job: string | null): void {
-    if (job === this.job) return;
-    this.job = job;
+  /** From now on only such pictures count. */
+  watch(watched: Watched | null): void {
+    if (same(watched, this.watched)) return;
+    this.watched = watched;
     this.shown = null;
     this.next = null;
     this.put_off = 0;
@@ -51,9 +64,9 @@ export class FrameLoader {
 
   /** There is such a picture. */
   announce(key: FrameKey): void {
-    if (!supersedes(key, this.shown, this.job)) return;
-    if (this.loading && !supersedes(key, this.loading.key, this.job)) return;
-    if (this.next && !supersedes(key, this.next, this.job)) return;
+    if (!supersedes(key, this.shown, this.watched)) return;
+    if (this.loading && !supersedes(key, this.loading.key, this.watched)) return;
+    if (this.next && !supersedes(key, this.next, this.watched)) return;
     this.next = key;
     if (!this.loading) void this.run();
   }
@@ -64,7 +77,7 @@ export class FrameLoader {
       this.loading = loading;
       this.next = null;
       const picture = await this.load(loading.key, loading.abort.signal);
-      if (this.loading !== loading) return; // another job is watched since
+      if (this.loading !== loading) return; // something else is watched since
       this.loading = null;
       if (picture === 'later') this.try_later(loading.key);
       else if (picture) this.accept(picture, { ...loading.key, revision: picture.revision });
@@ -78,10 +91,10 @@ export class FrameLoader {
   }
 
   private accept(picture: FramePicture, key: FrameKey): void {
-    if (!supersedes(key, this.shown, this.job)) return;
+    if (!supersedes(key, this.shown, this.watched)) return;
     this.shown = key;
     this.put_off = 0;
     this.show(picture, key);
-    if (this.next && !supersedes(this.next, this.shown, this.job)) this.next = null;
+    if (this.next && !supersedes(this.next, this.shown, this.watched)) this.next = null;
   }
 }

@@ -1,7 +1,7 @@
 import { api, describe, kEventsUrl, load_frame, type Failure } from './api';
 import { by_id, set_text } from './dom';
 import { follow } from './events';
-import { FrameLoader } from './frames';
+import { FrameLoader, type View } from './frames';
 import { JobForm } from './job_form';
 import { JobList } from './job_list';
 import { further, JobPanel, type JobAction } from './job_panel';
@@ -17,7 +17,7 @@ let state: State = kInitialState;
 let rendering = false;
 let stream: { stop(): void } | null = null;
 
-const viewer = new Viewer();
+const viewer = new Viewer((view) => show(view));
 const panel = new JobPanel(
   (id, action) => void act(id, action),
   (words) => dispatch({ type: 'notice', text: words }));
@@ -31,7 +31,7 @@ const form = new JobForm({
 const frames = new FrameLoader(load_frame, (picture, key) => {
   const job = find_job(state, key.job);
   const name = job ? job_title(state, job) : 'the job';
-  viewer.draw(picture, key, `Picture of ${name}, revision ${key.revision}`);
+  viewer.draw(picture, key, `${key.view === 'error' ? 'Error' : 'Picture'} of ${name}, revision ${key.revision}`);
 });
 
 function dispatch(action: Action): void {
@@ -46,7 +46,7 @@ function dispatch(action: Action): void {
 
 function render(): void {
   const job = watched_job(state);
-  viewer.render(job, state.watched_missing);
+  viewer.render(job, state.view, state.watched_missing);
   panel.render(state);
   form.render(state);
   list.render(state);
@@ -170,10 +170,19 @@ function watch_hash(): void {
   if (id !== state.watched) watch(id);
 }
 
+/** Shows this of the watched job from now on. */
+function show(view: View): void {
+  dispatch({ type: 'view', view });
+  if (state.watched === null) return;
+  frames.watch({ job: state.watched, view });
+  const job = watched_job(state);
+  if (job) announce_frame(job.id, job);
+}
+
 /** Shows this job from now on. */
 function watch(id: string | null): void {
   dispatch({ type: 'watch', job: id });
-  frames.watch(id);
+  frames.watch(id === null ? null : { job: id, view: state.view });
   if (id !== null) void load_watched(id);
 }
 
@@ -227,7 +236,7 @@ function take_event(event: JobEvent): void {
 }
 
 function announce_frame(job: string, { revision, state: now }: Pick<Job, 'revision' | 'state'>): void {
-  if (revision > 0) frames.announce({ job, revision, lossless: is_terminal(now) });
+  if (revision > 0) frames.announce({ job, view: state.view, revision, lossless: is_terminal(now) });
 }
 
 addEventListener('hashchange', watch_hash);

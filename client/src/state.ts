@@ -1,3 +1,4 @@
+import type { View } from './frames';
 import { is_terminal, type Environment, type Info, type Job, type JobEvent, type Scene, type SceneReport, type SeriesPoint } from './wire';
 
 /** Everything the page shows, apart from the pixels of the picture and what is typed into the form. */
@@ -17,6 +18,8 @@ export interface State {
   jobs: Job[];
   /** The id of the job that is looked at. */
   watched: string | null;
+  /** What is looked at of it. */
+  view: View;
   /** The watched job is not known to the server. */
   watched_missing: boolean;
   /** Error against time of the watched job, by ascending seconds. */
@@ -28,7 +31,7 @@ export interface State {
 export const kInitialState: State = {
   server: 'connecting', info: null, scenes: [], scene: null, environments: [], environment: null,
   reports: {}, jobs: [],
-  watched: null, watched_missing: false, series: [], notice: null,
+  watched: null, view: 'picture', watched_missing: false, series: [], notice: null,
 };
 
 export type Action =
@@ -46,6 +49,7 @@ export type Action =
   | { type: 'series'; job: string; points: SeriesPoint[] }
   | { type: 'event'; event: JobEvent }
   | { type: 'watch'; job: string | null }
+  | { type: 'view'; view: View }
   | { type: 'job_missing'; job: string }
   | { type: 'notice'; text: string | null };
 
@@ -66,6 +70,7 @@ export function reduce(state: State, action: Action): State {
     case 'series': return action.job === state.watched ? with_points(state, action.points) : state;
     case 'event': return with_event(state, action.event);
     case 'watch': return with_watch(state, action.job);
+    case 'view': return { ...state, view: action.view };
     case 'job_missing': return without_job(state, action.job);
     case 'notice': return { ...state, notice: action.text };
   }

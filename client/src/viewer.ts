@@ -1,21 +1,31 @@
 import type { FramePicture } from './api';
 import { by_id, set_text } from './dom';
-import type { FrameKey } from './frames';
+import { same, type FrameKey, type View } from './frames';
 import type { Job } from './wire';
 
-/** The stage with the picture of the watched job. */
+/** The stage with the picture of the watched job or with its error, and what chooses between them. */
 export class Viewer {
   private readonly stage = by_id('stage', HTMLElement);
   private readonly canvas = by_id('picture', HTMLCanvasElement);
   private readonly placeholder = by_id('placeholder', HTMLElement);
+  private readonly legend = by_id('legend', HTMLElement);
+  private readonly choices = (['picture', 'error'] as const).map(
+    (view) => ({ view, button: by_id(`show-${view}`, HTMLButtonElement) }));
   private drawn: FrameKey | null = null;
 
-  /** Empties the stage where `job` is not the one that is shown, and says what is being waited for. */
-  render(job: Job | null, missing: boolean): void {
-    if (this.drawn && this.drawn.job !== job?.id) this.drawn = null;
+  constructor(on_view: (view: View) => void) {
+    for (const { view, button } of this.choices) button.addEventListener('click', () => on_view(view));
+  }
+
+  /** Empties the stage where something else is shown than is looked at, and says what is being waited for. */
+  render(job: Job | null, view: View, missing: boolean): void {
+    if (!same(this.drawn, job && { job: job.id, view })) this.drawn = null;
     this.canvas.hidden = this.drawn === null;
     this.placeholder.hidden = this.drawn !== null;
-    set_text(this.placeholder, missing ? 'The server does not know this job (any more).' : waiting_for(job));
+    set_text(this.placeholder, missing ? 'The server does not know this job (any more).' : waiting_for(job, view));
+    this.legend.hidden = this.drawn?.view !== 'error';
+    set_text(this.legend, legend_of(job));
+    for (const choice of this.choices) choice.button.setAttribute('aria-pressed', String(choice.view === view));
   }
 
   draw(picture: FramePicture, key: FrameKey, description: string): void {
@@ -25,16 +35,36 @@ export class Viewer {
     this.canvas.getContext('2d')?.drawImage(bitmap, 0, 0);
     this.stage.style.setProperty('--aspect', String(bitmap.width / bitmap.height));
     this.canvas.dataset['job'] = key.job;
+    this.canvas.dataset['view'] = key.view;
     this.canvas.dataset['revision'] = String(key.revision);
     this.canvas.setAttribute('aria-label', description);
     bitmap.close();
     this.drawn = key;
     this.canvas.hidden = false;
     this.placeholder.hidden = true;
+    this.legend.hidden = key.view !== 'error';
   }
 }
 
-function waiting_for(job: Job | null): string {
+function legend_of(job: Job | null): string {
+  const bound = job?.plan?.biased ? 'the 95 % bound of its noise, without the bias of the method' : 'its 95 % bound';
+  return `Each pixel shows how wrong the picture may be there: ${bound}, eight times as bright.`;
+}
+
+function waiting_for(job: Job | null, view: View): string {
+  return view === 'error' && job && job.revision > 0 ? waiting_for_error(job) : waiting_for_picture(job);
+}
+
+function waiting_for_error(job: Job): string {
+  switch (job.state) {
+    case 'succeeded': return 'The error is on its way …';
+    case 'failed': case 'canceling': case 'canceled': return 'There is no error of this picture: the job has ended before.';
+    case 'paused': return 'The error comes with the next picture, once the job goes on.';
+    default: return 'The error comes with the next picture …';
+  }
+}
+
+function waiting_for_picture(job: Job | null): string {
   switch (job?.state) {
     case undefined: return 'Choose a scene and start: the picture appears here and refines while you watch.';
     case 'queued': return 'Waiting for its turn …';

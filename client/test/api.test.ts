@@ -1,5 +1,6 @@
 import { afterEach, describe, expect, it, vi } from 'vitest';
 import { api, fetch_file, load_frame } from '../src/api';
+import type { View } from '../src/frames';
 
 afterEach(() => void vi.unstubAllGlobals());
 
@@ -37,7 +38,8 @@ describe('the list of scenes', () => {
 });
 
 describe('a picture', () => {
-  const load = () => load_frame({ job: 'j-1', revision: 1, lossless: true }, new AbortController().signal);
+  const load = (view: View = 'picture') =>
+    load_frame({ job: 'j-1', view, revision: 1, lossless: true }, new AbortController().signal);
 
   it('is to be asked for later where the server is busy or away', async () => {
     for (const status of [429, 500, 503]) {
@@ -46,6 +48,15 @@ describe('a picture', () => {
     }
     server(() => { throw new TypeError('no connection'); });
     expect(await load()).toBe('later');
+  });
+
+  it('comes with the revision that it is of, and so does its error', async () => {
+    vi.stubGlobal('createImageBitmap', async () => 'pixels');
+    for (const [view, layer] of [['picture', ''], ['error', '?layer=error.bound']] as const) {
+      const asked = server(() => new Response('', { headers: { 'Content-Location': `/v1/jobs/j-1/frames/7.png${layer}` } }));
+      expect(await load(view)).toEqual({ bitmap: 'pixels', revision: 7 });
+      expect(asked).toEqual([`v1/jobs/j-1/frames/latest.png${layer}`]);
+    }
   });
 
   it('is not to be asked for again where there is none', async () => {

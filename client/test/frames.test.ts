@@ -1,8 +1,10 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import type { FramePicture } from '../src/api';
-import { FrameLoader, supersedes, type FrameKey } from '../src/frames';
+import { FrameLoader, supersedes, type FrameKey, type Watched } from '../src/frames';
 
-const key = (job: string, revision: number, lossless = false): FrameKey => ({ job, revision, lossless });
+const picture_of = (job: string): Watched => ({ job, view: 'picture' });
+const error_of = (job: string): Watched => ({ job, view: 'error' });
+const key = (job: string, revision: number, lossless = false): FrameKey => ({ ...picture_of(job), revision, lossless });
 
 beforeEach(() => void vi.useFakeTimers());
 afterEach(() => void vi.useRealTimers());
@@ -28,21 +30,28 @@ const picture = (revision: number) => ({ revision, bitmap: {} as ImageBitmap });
 
 describe('supersedes', () => {
   it('prefers newer revisions, then lossless ones, of the watched job only', () => {
-    expect(supersedes(key('a', 1), null, 'a')).toBe(true);
-    expect(supersedes(key('a', 1), null, 'b')).toBe(false);
-    expect(supersedes(key('a', 2), key('a', 1), 'a')).toBe(true);
-    expect(supersedes(key('a', 1), key('a', 2), 'a')).toBe(false);
-    expect(supersedes(key('a', 2), key('a', 2), 'a')).toBe(false);
-    expect(supersedes(key('a', 2, true), key('a', 2), 'a')).toBe(true);
-    expect(supersedes(key('a', 2), key('a', 2, true), 'a')).toBe(false);
-    expect(supersedes(key('a', 1), key('b', 7), 'a')).toBe(true);
+    expect(supersedes(key('a', 1), null, picture_of('a'))).toBe(true);
+    expect(supersedes(key('a', 1), null, picture_of('b'))).toBe(false);
+    expect(supersedes(key('a', 2), key('a', 1), picture_of('a'))).toBe(true);
+    expect(supersedes(key('a', 1), key('a', 2), picture_of('a'))).toBe(false);
+    expect(supersedes(key('a', 2), key('a', 2), picture_of('a'))).toBe(false);
+    expect(supersedes(key('a', 2, true), key('a', 2), picture_of('a'))).toBe(true);
+    expect(supersedes(key('a', 2), key('a', 2, true), picture_of('a'))).toBe(false);
+    expect(supersedes(key('a', 1), key('b', 7), picture_of('a'))).toBe(true);
+  });
+
+  it('takes pictures and errors apart', () => {
+    const error = { ...error_of('a'), revision: 1, lossless: false };
+    expect(supersedes(error, key('a', 7, true), error_of('a'))).toBe(true);
+    expect(supersedes(error, null, picture_of('a'))).toBe(false);
+    expect(supersedes(key('a', 7), error, error_of('a'))).toBe(false);
   });
 });
 
 describe('FrameLoader', () => {
   it('fetches one at a time, and of those announced meanwhile only the newest', async () => {
     const { loader, asked, shown } = bench();
-    loader.watch('a');
+    loader.watch(picture_of('a'));
     for (const revision of [1, 2, 3, 2]) loader.announce(key('a', revision));
     expect(asked.map((fetch) => fetch.key.revision)).toEqual([1]);
     await asked[0]!.answer(picture(1));
@@ -54,9 +63,9 @@ describe('FrameLoader', () => {
 
   it('drops what arrives after another job is watched', async () => {
     const { loader, asked, shown } = bench();
-    loader.watch('a');
+    loader.watch(picture_of('a'));
     loader.announce(key('a', 5));
-    loader.watch('b');
+    loader.watch(picture_of('b'));
     loader.announce(key('b', 1));
     expect(asked[0]!.signal.aborted).toBe(true);
     await asked[1]!.answer(picture(1));
@@ -64,12 +73,25 @@ describe('FrameLoader', () => {
     expect(shown).toEqual([key('b', 1)]);
   });
 
+  it('drops a picture that arrives after the error is looked at, and shows the error of the same revision', async () => {
+    const { loader, asked, shown } = bench();
+    loader.watch(picture_of('a'));
+    loader.announce(key('a', 5));
+    loader.watch(error_of('a'));
+    const error = { ...error_of('a'), revision: 5, lossless: false };
+    loader.announce(error);
+    expect(asked[0]!.signal.aborted).toBe(true);
+    await asked[0]!.answer(picture(5));
+    await asked[1]!.answer(picture(5));
+    expect(shown).toEqual([error]);
+  });
+
   it('drops a late picture of a job that is watched again', async () => {
     const { loader, asked, shown } = bench();
-    loader.watch('a');
+    loader.watch(picture_of('a'));
     loader.announce(key('a', 1));
-    loader.watch('b');
-    loader.watch('a');
+    loader.watch(picture_of('b'));
+    loader.watch(picture_of('a'));
     loader.announce(key('a', 2));
     await asked[1]!.answer(picture(2));
     await asked[0]!.answer(picture(1));
@@ -78,7 +100,7 @@ describe('FrameLoader', () => {
 
   it('does not fetch again what a newer answer has overtaken', async () => {
     const { loader, asked, shown } = bench();
-    loader.watch('a');
+    loader.watch(picture_of('a'));
     loader.announce(key('a', 1));
     loader.announce(key('a', 3));
     await asked[0]!.answer(picture(4)); // revision 1 was not kept, the newest came instead
@@ -88,7 +110,7 @@ describe('FrameLoader', () => {
 
   it('goes on after a picture that could not be had', async () => {
     const { loader, asked, shown } = bench();
-    loader.watch('a');
+    loader.watch(picture_of('a'));
     loader.announce(key('a', 1));
     await asked[0]!.answer(null);
     loader.announce(key('a', 1));
@@ -100,7 +122,7 @@ describe('FrameLoader', () => {
 
   it('asks again, ever less often, for what cannot be had just now', async () => {
     const { loader, asked, shown } = bench();
-    loader.watch('a');
+    loader.watch(picture_of('a'));
     loader.announce(key('a', 1, true));
     for (const seconds of [1, 2, 4, 8, 10, 10]) {
       const tries = asked.length;
@@ -118,7 +140,7 @@ describe('FrameLoader', () => {
 
   it('asks once again though several could not be had, and soon after it went well', async () => {
     const { loader, asked, shown } = bench();
-    loader.watch('a');
+    loader.watch(picture_of('a'));
     loader.announce(key('a', 1));
     await asked[0]!.answer('later');
     loader.announce(key('a', 2));
@@ -135,12 +157,12 @@ describe('FrameLoader', () => {
 
   it('does not ask again for a job that nobody watches, nor for what there is not', async () => {
     const { loader, asked } = bench();
-    loader.watch('a');
+    loader.watch(picture_of('a'));
     loader.announce(key('a', 1));
     await asked[0]!.answer(null);
     loader.announce(key('a', 1));
     await asked[1]!.answer('later');
-    loader.watch('b');
+    loader.watch(picture_of('b'));
     await vi.advanceTimersByTimeAsync(60_000);
     expect(asked).toHaveLength(2);
   });

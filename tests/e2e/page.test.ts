@@ -94,6 +94,24 @@ describe('a picture', () => {
     expect(exr.bytes.subarray(0, 4).toString('hex')).toBe('762f3101');
   });
 
+  it('shows its error while it refines and when it is done', async () => {
+    const job = await start_job(page, { width: 64, height: 64, seconds: 4 });
+    const picture = await shown_where(page, (now) => now.job === job && now.view === 'picture');
+    await page.click('#show-error');
+    const error = await shown_where(page, (now) => now.view === 'error');
+    expect(error.revision).toBeGreaterThanOrEqual(picture.revision);
+    expect(error.fingerprint).not.toBe(picture.fingerprint);
+    expect(await page.locator('#show-error').getAttribute('aria-pressed')).toBe('true');
+    expect(await page.textContent('#legend')).toMatch(/95 % bound/);
+    await wait_for_state(page, 'succeeded');
+    const last = await shown_where(page, (now) => now.revision > error.revision && now.view === 'error');
+    expect(last.mean).toBeLessThan(error.mean);   // it falls with the noise
+    await page.screenshot({ path: join(kPictures, 'error.png'), fullPage: true });
+    await page.click('#show-picture');
+    await shown_where(page, (now) => now.view === 'picture' && now.revision === last.revision);
+    expect(await page.locator('#legend').isVisible()).toBe(false);
+  });
+
   it('is lit from around by a chosen map, turned and scaled', async () => {
     const plain = await start_job(page, { width: 32, height: 24, passes: 4 });
     const before = await shown_where(page, (picture) => picture.job === plain);

@@ -41,6 +41,7 @@ export async function open_page(context: BrowserContext, url: string): Promise<{
 /** Which picture the page shows, and a fingerprint of its pixels. */
 export interface Shown {
   job: string;
+  view: string;
   revision: number;
   width: number;
   height: number;
@@ -61,8 +62,8 @@ export function shown(page: Page): Promise<Shown | null> {
       fingerprint = (Math.imul(fingerprint, 31) + value) | 0;
       sum += value;
     }
-    const { job = '', revision = '' } = dataset;
-    return { job, revision: Number(revision), width, height, fingerprint, mean: sum / pixels.length };
+    const { job = '', view = '', revision = '' } = dataset;
+    return { job, view, revision: Number(revision), width, height, fingerprint, mean: sum / pixels.length };
   });
 }
 
