@@ -52,8 +52,8 @@ struct ErrorSums {
   double b_sq = 0, b_sq_relative = 0;
   std::uint64_t dominated = 0;
 
-  void add(double variance, double bias_sq, double mean) {
-    const double scale = 1 / (mean * mean + 0.01);
+  void add(double variance, double bias_sq, double level) {
+    const double scale = 1 / (level * level + 0.01);
     v += variance, v_relative += variance * scale;
     b_sq += bias_sq, b_sq_relative += bias_sq * scale;
   }
@@ -62,6 +62,52 @@ struct ErrorSums {
     b_sq += other.b_sq, b_sq_relative += other.b_sq_relative;
     dominated += other.dominated;
   }
+};
+
+// What the pixels' errors are related to: their means, but no more than the mean of the pixels around each. A pixel that
+// one sample has made a thousand times too bright is a thousand times wrong, not by all that it shows.
+class Levels {
+ public:
+  /// `mean(i)`: of pixel i.
+  template <class Mean>
+  Levels(const Film& film, const Execution& execution, const Mean& mean)
+      : width_(static_cast<std::size_t>(film.width)), height_(static_cast<std::size_t>(film.height)),
+        stride_(3 * (width_ + 2 * kReach)), means_(stride_ * (height_ + 2 * kReach), 0.0f) {
+    for_rows(film, execution, [&](std::size_t y) {
+      for (std::size_t x = 0; x < width_; ++x) {
+        const glm::dvec3 m = mean(y * width_ + x);
+        for (int c = 0; c < 3; ++c) means_[at(x, y) + static_cast<std::size_t>(c)] = static_cast<float>(m[c]);
+      }
+    });
+  }
+
+  /// Of row y, channel by channel.
+  std::vector<float> row(std::size_t y) const {
+    std::vector<double> columns(stride_, 0.0);
+    std::vector<float> levels(3 * width_);
+    for (std::size_t r = y; r <= y + 2 * kReach; ++r) {
+      for (std::size_t k = 0; k < stride_; ++k) columns[k] += static_cast<double>(means_[r * stride_ + k]);
+    }
+    const float* const own = &means_[at(0, y)];
+    const std::size_t rows = within(y, height_);
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+      double sum = -static_cast<double>(own[k]);
+      for (std::size_t step = 0; step <= 2 * kReach; ++step) sum += columns[k + 3 * step];
+      const std::size_t around = rows * within(k / 3, width_) - 1;
+      levels[k] = around > 0 ? std::min(own[k], static_cast<float>(sum / static_cast<double>(around))) : own[k];
+    }
+    return levels;
+  }
+
+ private:
+  static constexpr std::size_t kReach = 2;   // pixels to all sides; black ones are all around the picture
+
+  std::size_t at(std::size_t x, std::size_t y) const { return (y + kReach) * stride_ + 3 * (x + kReach); }
+  // How many of 0 … n − 1 are not further than kReach from i.
+  static std::size_t within(std::size_t i, std::size_t n) { return std::min(n, i + kReach + 1) - (i - std::min(i, kReach)); }
+
+  std::size_t width_, height_, stride_;
+  std::vector<float> means_;
 };
 
 bool is_dominated(const Film& film, std::size_t pixel, const glm::dvec3& mean, std::uint32_t passes) {
@@ -105,18 +151,21 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
   const bool banded = !film.bands.empty();   // otherwise the picture is the mean, and nothing is left out
   const Reconstruction picture = banded ? reconstruct(film, execution) : Reconstruction{};
   const auto width = static_cast<std::size_t>(film.width);
+  const Levels levels(film, execution, [&](std::size_t i) { return banded ? picture.mean[i] : pass_mean(film, i); });
   std::vector<ErrorSums> rows(static_cast<std::size_t>(film.height));
   for_rows(film, execution, [&](std::size_t y) {
     ErrorSums row;
+    const std::vector<float> level = levels.row(y);
     for (std::size_t i = y * width; i < (y + 1) * width; ++i) {
       const glm::dvec3 mean = pass_mean(film, i);
       row.dominated += is_dominated(film, i, mean, passes);
       for (int c = 0; c < 3; ++c) {
         const double v = variance(i, static_cast<std::size_t>(c), mean[c]);
+        const auto at = static_cast<double>(level[3 * (i - y * width) + static_cast<std::size_t>(c)]);
         if (banded) {
-          row.add(v + picture.variance[i][c], picture.bias_sq[i][c], picture.mean[i][c]);
+          row.add(v + picture.variance[i][c], picture.bias_sq[i][c], at);
         } else {
-          row.add(v, 0, mean[c]);
+          row.add(v, 0, at);
         }
       }
     }

@@ -95,6 +95,13 @@ PlanItem aim_item(const AimFinding& aim, bool uses_maps) {
                          : text};
 }
 
+// Where caustics are left to paths. `concentrated`: there is light that paths find by chance only.
+std::string left_to_paths(const std::string& caster, bool concentrated) {
+  const std::string reason = "the method stores no photons";
+  if (!concentrated) return reason;
+  return reason + "; " + caster + ": what paths have not found of that light is missing from the picture and from its error";
+}
+
 PlanItem shares_item(bool caustics, bool extended) {
   return {"mis_merge", caustics && extended,
           !caustics  ? "there are no caustics to share"
@@ -123,15 +130,15 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
   plan.method = settings.method;
   plan.items.push_back(choose_method(features, scene.lights.environment_casts(), plan.method));
   plan.biased = plan.method == Method::photon_map;
+  const bool concentrated = features.bounded_light || scene.lights.environment_casts();
   plan.uses_maps = plan.method == Method::photon_map || plan.method == Method::progressive ||
-                   (plan.method == Method::hybrid && !features.caster.empty() && features.receivers &&
-                    (features.bounded_light || scene.lights.environment_casts()));
+                   (plan.method == Method::hybrid && !features.caster.empty() && features.receivers && concentrated);
 
   const bool caustics = plan.uses_maps && !features.caster.empty();
   plan.items.push_back({"caustic_map", caustics,
                         features.caster.empty() ? "no material bundles light"
                         : plan.uses_maps        ? features.caster
-                                                : "the method stores no photons"});
+                                                : left_to_paths(features.caster, concentrated)});
   if (plan.method == Method::hybrid) plan.items.push_back(shares_item(caustics, scene.lights.extended()));
   plan.items.push_back(aim_item(scene.aim, plan.uses_maps));
   plan.items.push_back({"volume_absorption", features.absorption,

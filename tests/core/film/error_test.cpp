@@ -122,6 +122,24 @@ TEST(ErrorEstimate, PredictsTheNoiseOfIndependentPasses) {
 
 /// Passes of a block share a random order of 16 strata: the mean of a block has the variance of a 16th of a stratum
 /// instead of a 16th of the whole.
+// A tenth of the light comes by one sample of 4000: the pixels that it hits are as much too bright as the others are too
+// dark, and to relate their error to what they show would hide it.
+TEST(ErrorEstimate, PredictsTheErrorOfFireflies) {
+  constexpr std::uint32_t kPasses = 32;
+  constexpr float kChance = 1 / 4000.0f, kFlash = 400, kRest = 0.9f;
+  const float truth = kRest + kChance * kFlash;
+  const Film film = film_of(64, kPasses, [&](Rng& rng, std::uint32_t) {
+    return rng.next() < kChance ? kRest + kFlash : kRest;
+  });
+  const double variance = static_cast<double>(kChance * (1 - kChance) * kFlash * kFlash) / kPasses;
+  const double expected = std::sqrt(variance / (static_cast<double>(truth * truth) + 0.01));
+  double squares = 0;   // of the true error
+  for (const Rgb& pixel : film_picture(film).pixels) squares += static_cast<double>(glm::dot(pixel - truth, pixel - truth)) / 3;
+  EXPECT_NEAR(std::sqrt(squares / (64 * 64)), std::sqrt(variance), 0.15 * std::sqrt(variance));   // 98 flashes
+  // The others show what is left of the light, a tenth less.
+  EXPECT_NEAR(estimate_error(film).relative, expected / 0.9, 0.15 * expected);
+}
+
 TEST(ErrorEstimate, PredictsTheNoiseOfStratifiedBlocks) {
   constexpr int kSide = 60;
   const auto film_of_strata = [](std::uint32_t passes) {
