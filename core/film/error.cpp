@@ -64,13 +64,12 @@ struct ErrorSums {
   }
 };
 
-// What the pixels' errors are related to: their means, but no more than the mean of the pixels around each. A pixel that
-// one sample has made a thousand times too bright is a thousand times wrong, not by all that it shows.
-class Levels {
+// Means of the 24 pixels around each; at the border, of those that there are, and of a single pixel its own.
+class Surroundings {
  public:
   /// `mean(i)`: of pixel i.
   template <class Mean>
-  Levels(const Film& film, const Execution& execution, const Mean& mean)
+  Surroundings(const Film& film, const Execution& execution, const Mean& mean)
       : width_(static_cast<std::size_t>(film.width)), height_(static_cast<std::size_t>(film.height)),
         stride_(3 * (width_ + 2 * kReach)), means_(stride_ * (height_ + 2 * kReach), 0.0f) {
     for_rows(film, execution, [&](std::size_t y) {
@@ -94,7 +93,7 @@ class Levels {
       double sum = -static_cast<double>(own[k]);
       for (std::size_t step = 0; step <= 2 * kReach; ++step) sum += columns[k + 3 * step];
       const std::size_t around = rows * within(k / 3, width_) - 1;
-      levels[k] = around > 0 ? std::min(own[k], static_cast<float>(sum / static_cast<double>(around))) : own[k];
+      levels[k] = around > 0 ? static_cast<float>(sum / static_cast<double>(around)) : own[k];
     }
     return levels;
   }
@@ -109,6 +108,16 @@ class Levels {
   std::size_t width_, height_, stride_;
   std::vector<float> means_;
 };
+
+// What the error of a pixel is related to: its mean as far as it is known, else no more than what is around it. A pixel
+// that one sample has made a thousand times too bright is a thousand times wrong, not by all that it shows; one that shows
+// a lamp is as bright as it seems.
+double level(double mean, double variance, double around) {
+  if (!(around < mean)) return mean;
+  constexpr double kFewSamples = 4;   // as many that share the mean tell nothing of it, many more all
+  const double doubt = std::min(1.0, kFewSamples * variance / (mean * mean));
+  return mean + doubt * (around - mean);
+}
 
 bool is_dominated(const Film& film, std::size_t pixel, const glm::dvec3& mean, std::uint32_t passes) {
   return film.largest[pixel] > 0.5 * passes * (mean.x + mean.y + mean.z);
@@ -151,21 +160,22 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
   const bool banded = !film.bands.empty();   // otherwise the picture is the mean, and nothing is left out
   const Reconstruction picture = banded ? reconstruct(film, execution) : Reconstruction{};
   const auto width = static_cast<std::size_t>(film.width);
-  const Levels levels(film, execution, [&](std::size_t i) { return banded ? picture.mean[i] : pass_mean(film, i); });
+  const Surroundings surroundings(film, execution, [&](std::size_t i) { return banded ? picture.mean[i] : pass_mean(film, i); });
   std::vector<ErrorSums> rows(static_cast<std::size_t>(film.height));
   for_rows(film, execution, [&](std::size_t y) {
     ErrorSums row;
-    const std::vector<float> level = levels.row(y);
+    const std::vector<float> near = surroundings.row(y);
     for (std::size_t i = y * width; i < (y + 1) * width; ++i) {
       const glm::dvec3 mean = pass_mean(film, i);
       row.dominated += is_dominated(film, i, mean, passes);
       for (int c = 0; c < 3; ++c) {
         const double v = variance(i, static_cast<std::size_t>(c), mean[c]);
-        const auto at = static_cast<double>(level[3 * (i - y * width) + static_cast<std::size_t>(c)]);
+        const auto around = static_cast<double>(near[3 * (i - y * width) + static_cast<std::size_t>(c)]);
         if (banded) {
-          row.add(v + picture.variance[i][c], picture.bias_sq[i][c], at);
+          const double all = v + picture.variance[i][c];
+          row.add(all, picture.bias_sq[i][c], level(picture.mean[i][c], all, around));
         } else {
-          row.add(v, 0, at);
+          row.add(v, 0, level(mean[c], v, around));
         }
       }
     }
