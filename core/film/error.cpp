@@ -83,19 +83,19 @@ class Surroundings {
   /// Of row y, channel by channel.
   std::vector<float> row(std::size_t y) const {
     std::vector<double> columns(stride_, 0.0);
-    std::vector<float> levels(3 * width_);
+    std::vector<float> around(3 * width_);
     for (std::size_t r = y; r <= y + 2 * kReach; ++r) {
       for (std::size_t k = 0; k < stride_; ++k) columns[k] += static_cast<double>(means_[r * stride_ + k]);
     }
     const float* const own = &means_[at(0, y)];
     const std::size_t rows = within(y, height_);
-    for (std::size_t k = 0; k < levels.size(); ++k) {
+    for (std::size_t k = 0; k < around.size(); ++k) {
       double sum = -static_cast<double>(own[k]);
       for (std::size_t step = 0; step <= 2 * kReach; ++step) sum += columns[k + 3 * step];
-      const std::size_t around = rows * within(k / 3, width_) - 1;
-      levels[k] = around > 0 ? static_cast<float>(sum / static_cast<double>(around)) : own[k];
+      const std::size_t others = rows * within(k / 3, width_) - 1;
+      around[k] = others > 0 ? static_cast<float>(sum / static_cast<double>(others)) : own[k];
     }
-    return levels;
+    return around;
   }
 
  private:
