@@ -49,6 +49,7 @@ bool Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, s
 }
 
 void Lights::share_emission(std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const {
+  if (!(lanes.etendue[k] > 0)) return;   // of a triangle without area
   const float etendue = aimed_etendue(light, lanes.position[k], lanes.direction[k], aim_of(light), Aim::kNone);
   lanes.flux.set(k, lanes.flux[k] * (etendue / lanes.etendue[k]));
   lanes.etendue[k] = etendue;

@@ -140,6 +140,23 @@ TEST(ErrorEstimate, PredictsTheErrorOfFireflies) {
   EXPECT_NEAR(estimate_error(film).relative, expected / 0.9, 0.15 * expected);
 }
 
+// The edge of a lamp in a dark room, and a picture that is nothing else: what many samples made is as bright as it shows.
+TEST(ErrorEstimate, RelatesABrightPixelToItself) {
+  constexpr std::uint32_t kPasses = 64;
+  for (const int side : {16, 1}) {
+    Film film(side, side);
+    for (std::uint32_t pass = 0; pass < kPasses; ++pass) {
+      PassImage image{.radiance = Image(side, side)};
+      image.radiance.pixels[image.radiance.pixels.size() / 2] = Rgb(pass / 16 % 2 == 0 ? 80.0f : 120.0f);
+      add_pass(film, pass, image);
+    }
+    // Four blocks that differ from the mean 100 by 20: V = 4·20²/3/4. The share 4·V/100² = .053
+    // of the level is what is around, black.
+    const double v = 4.0 * 20 * 20 / 3 / 4, level = side == 1 ? 100 : 100 * (1 - 4 * v / 1e4);
+    EXPECT_NEAR(estimate_error(film).relative, std::sqrt(v / (level * level + 0.01) / (side * side)), 1e-6) << side;
+  }
+}
+
 TEST(ErrorEstimate, PredictsTheNoiseOfStratifiedBlocks) {
   constexpr int kSide = 60;
   const auto film_of_strata = [](std::uint32_t passes) {

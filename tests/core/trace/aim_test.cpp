@@ -266,6 +266,12 @@ TEST(AimedEmission, NothingLeavesTrianglesWithoutArea) {
     ASSERT_EQ(s.flux, Rgb(0));
     ASSERT_EQ(s.etendue, 0);
   }
+  const auto lanes = std::make_unique<EmissionLanes>();
+  while (!aimed->lights.begin_emission(aimed->scene, 2, rng, 0, *lanes)) rng.next();   // until one does not aim
+  lanes->emit(1);
+  aimed->lights.share_emission(2, 0, *lanes);
+  EXPECT_EQ(lanes->flux[0], Rgb(0));
+  EXPECT_EQ(lanes->etendue[0], 0);
 }
 
 TEST(LearnAim, IsActiveOnlyWhereItPays) {
