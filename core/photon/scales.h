@@ -27,6 +27,7 @@ struct Merge {
 
   /// ρ of light from `wi` through the lobes in `mask`; `etendue` as it is at the surface.
   float ratio(const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask, const Vec3& wi, float etendue) const {
+    if (etendue == kInfinity) return kInfinity;   // the paths', even where they have no density
     const float cosine = std::abs(glm::dot(wi, surface.ns));
     return cosine > 0 ? per_etendue * etendue * bsdf.pdf(wi, mask) / cosine : 0;
   }

@@ -275,7 +275,7 @@ class Shooter {
     const Bsdf bsdf(scene_.scene, surface, wi);
     const LobeMask gathered = gathered_lobes(bsdf);
     store(walk, surface.position, encode_direction(wi), encode_normal(surface.ng),
-          walk.depth > 0 && gathered != kNoLobe);
+          walk.depth > 0 && (gathered != kNoLobe || shared_on_gloss(walk, bsdf)));
     const Vec2 u = walk.rng.next2();
     const float choice = walk.rng.next();
     const auto sample = bsdf.sample({u, choice}, kAllLobes, Transport::flux);
@@ -298,6 +298,11 @@ class Shooter {
     walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);
     walk.ray.direction = sample->wi;
     return carry_finite(walk, next * (1 / survival)) && goes_on(walk);
+  }
+
+  // Whether paths from the eye share this light where it falls on gloss.
+  bool shared_on_gloss(const Walk& walk, const Bsdf& bsdf) const {
+    return scene_.shares_gloss && walk.map == kCaustic && walk.etendue < kInfinity && gloss_lobes(bsdf) != kNoLobe;
   }
 
   // As `carry`; false where the flux is too large for a float.

@@ -28,7 +28,7 @@ void continue_by(CameraPath& path, const SurfacePoint& surface, const BsdfSample
     path.compression *= compression(*surface.material, surface.front);
     path.ratio *= compression(*surface.material, surface.front);
   }
-  path.chained = path.scattered;
+  path.chained = path.shared;
   path.medium.cross(surface, sample);
   path.last_pdf = sample.pdf_w;
   path.ray = spawn_ray(surface, sample.wi);
@@ -60,13 +60,24 @@ bool Bounces::advance(Walk& walk, const Hit& hit, const SurfacePoint& surface) {
   const Lobes lobes = divide(bsdf, technique(path));
   sample_direct_light(scene_, path, surface, bsdf, lobes, walk.rng, walk.sample, shadows);
   path.footprint += path.spread * hit.t;
-  Merge merge;
-  if (lobes.gathered != kNoLobe) merge = add_indirect(walk, surface, bsdf, lobes);
-  return follow(walk, surface, bsdf, lobes, merge);
+  Shares shares;
+  if (lobes.gathered != kNoLobe) shares.gathered = add_indirect(walk, surface, bsdf, lobes);
+  shares.at_gloss = shares_gloss(walk.path) && gloss_lobes(bsdf) != kNoLobe;
+  if (shares.at_gloss) {
+    shares.gloss = gather_caustic(settings_, scene_.lights, path, surface, bsdf, gloss_lobes(bsdf), lobes.followed_share,
+                                  gathered_[walk.sample]);
+  }
+  return follow(walk, surface, bsdf, lobes, shares);
 }
 
 Technique Bounces::technique(const CameraPath& path) const {
   return path.gathering ? Technique::nearest : settings_.technique;
+}
+
+// Photons bring to the first gloss what they would bring to any that follows.
+bool Bounces::shares_gloss(const CameraPath& path) const {
+  const bool merging = settings_.technique == Technique::density || settings_.technique == Technique::merge;
+  return scene_.shares_gloss && merging && !path.shared && !path.gathering;
 }
 
 void Bounces::add_environment(const Walk& walk) {
@@ -97,7 +108,8 @@ Merge Bounces::add_indirect(Walk& walk, const SurfacePoint& surface, const Bsdf&
     case Technique::trace:
       break;
     case Technique::merge:
-      return gather_caustic(settings_, scene_.lights, walk.path, surface, bsdf, lobes, gathered);
+      return gather_caustic(settings_, scene_.lights, walk.path, surface, bsdf, lobes.gathered, lobes.gathered_share,
+                            gathered);
     case Technique::density:
       gather_density(settings_, walk.path, surface, bsdf, lobes, gathered);
       break;
@@ -122,7 +134,7 @@ void Bounces::gather(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, 
 }
 
 bool Bounces::follow(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes,
-                     const Merge& merge) {
+                     const Shares& shares) {
   CameraPath& path = walk.path;
   if (lobes.followed == kNoLobe && lobes.gathered_share == 0) return false;
   if (path.depth < kSplitDepth && settings_.technique != Technique::trace) {
@@ -140,9 +152,12 @@ bool Bounces::follow(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, 
   path.last_pdf *= chosen;
   if (scatters) {
     path.scattered = true;
-    path.chained = false;
-    path.ratio = merge.ratio(surface, bsdf, mask, sample->wi, 1);
     path.spread = std::max(path.spread, kScatteredSpread);
+  }
+  if (scatters || shares.at_gloss) {
+    path.shared = true;
+    path.chained = false;
+    path.ratio = (scatters ? shares.gathered : shares.gloss).ratio(surface, bsdf, mask, sample->wi, 1);
   }
   const float survival = roulette_survival(path.throughput, path.compression, path.depth);
   path.throughput /= survival;

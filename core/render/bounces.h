@@ -40,11 +40,18 @@ class Bounces {
   std::vector<Walk> branches;     ///< paths that began at others and wait to be traced
 
  private:
+  // How light is shared with a path that goes on: by a gathered lobe, or by gloss.
+  struct Shares {
+    Merge gathered, gloss;
+    bool at_gloss = false;
+  };
+
   Technique technique(const CameraPath& path) const;
+  bool shares_gloss(const CameraPath& path) const;
   void add(const Walk& walk, const Rgb& light) { samples_[walk.sample].radiance += walk.path.throughput * light; }
   Merge add_indirect(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes);
   void gather(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask);
-  bool follow(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes, const Merge& merge);
+  bool follow(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes, const Shares& shares);
   bool follow_both(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, float reflected);
   Walk& branch_off(Walk& walk);
 

@@ -20,17 +20,18 @@ struct CameraPath {
   float last_pdf = 0;            ///< per solid angle, of the ray's direction; 0 of a mirror's, and of the camera's
   bool gathering = false;        ///< a final-gather ray: leaves emission to where it comes from, and ends in photons
 
-  // Technique::merge
-  bool scattered = false;   ///< a gathered lobe was followed: photons bring there what follows by followed lobes
+  // Where light is shared with photons.
+  bool scattered = false;   ///< a gathered lobe was followed
+  bool shared = false;      ///< or gloss: photons bring there what follows by followed lobes
   bool chained = false;     ///< and since then at least one of those
   float ratio = 0;          ///< Merge::ratio there for an étendue of 1, as it is where the path is now
 
   /// Share of the path in light from a source of this étendue that it meets, against photons that arrive where it
-  /// scattered.
+  /// is shared.
   float share(float etendue) const { return chained ? share_of(ratio * etendue) : 1; }
   /// The same for light that is sampled through the followed lobes of `surface`, from `wi`.
   float share(const SurfacePoint& surface, const Vec3& wi, float etendue) const {
-    if (!scattered) return 1;
+    if (!shared) return 1;
     const bool transmitted = glm::dot(wi, surface.ng) < 0;
     return share_of(ratio * (transmitted ? photond::compression(*surface.material, surface.front) : 1) * etendue);
   }

@@ -47,23 +47,23 @@ void gather_density(const RadianceSettings& settings, const CameraPath& path, co
 }
 
 Merge gather_caustic(const RadianceSettings& settings, const Lights& lights, const CameraPath& path,
-                     const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes, ScaleEstimate& sum) {
+                     const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask, float share, ScaleEstimate& sum) {
   const float widest_sq = widest_radius_sq(settings, guide_of(settings).caustic, surface.position, path.footprint);
   if (!(widest_sq > 0)) return {kInfinity};
   // The radius that shares are reckoned with: in the middle of those that the picture may use.
   const float radius_sq = widest_sq / 16;
   Merge merge;
   if (lights.extended()) {
-    merge.per_etendue = lobes.gathered_share / (static_cast<float>(settings.emitted) * kPi * radius_sq);
+    merge.per_etendue = share / (static_cast<float>(settings.emitted) * kPi * radius_sq);
   }
   const PhotonMap& map = *settings.caustic;
   if (map.size() == 0) return merge;
   if (path.scattered) {
     ScaleEstimate seen;
-    add_scales(settings, map, radius_sq, path.throughput, surface, bsdf, lobes.gathered, merge, seen);
+    add_scales(settings, map, radius_sq, path.throughput, surface, bsdf, mask, merge, seen);
     sum.widest += seen.widest;
   } else {
-    add_scales(settings, map, widest_sq, path.throughput, surface, bsdf, lobes.gathered, merge, sum);
+    add_scales(settings, map, widest_sq, path.throughput, surface, bsdf, mask, merge, sum);
   }
   return merge;
 }

@@ -13,10 +13,11 @@ float widest_radius_sq(const RadianceSettings& settings, const Bandwidth& bandwi
 void gather_density(const RadianceSettings& settings, const CameraPath& path, const SurfacePoint& surface,
                     const Bsdf& bsdf, const Lobes& lobes, ScaleEstimate& sum);
 
-/// Technique::merge: adds the photons' share of caustic light to the gathered lobes, times the path's throughput; only
-/// the widest estimate where the path has scattered before. Returns how light is shared with the path that goes on.
+/// Adds the photons' share of caustic light to the lobes in `mask`, by which the path goes on with probability `share`,
+/// times its throughput; only the widest estimate where it has scattered before. Returns how light is shared with the
+/// path that goes on.
 Merge gather_caustic(const RadianceSettings& settings, const Lights& lights, const CameraPath& path,
-                     const SurfacePoint& surface, const Bsdf& bsdf, const Lobes& lobes, ScaleEstimate& sum);
+                     const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask, float share, ScaleEstimate& sum);
 
 /// Radiance by the k nearest photons of `map` to the lobes in `mask` of `surface`.
 Rgb gather_nearest(const RadianceSettings& settings, const PhotonMap& map, const SurfacePoint& surface,

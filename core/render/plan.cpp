@@ -102,6 +102,15 @@ std::string left_to_paths(const std::string& caster, bool concentrated) {
   return reason + "; " + caster + ": what paths have not found of that light is missing from the picture and from its error";
 }
 
+PlanItem gloss_item(const PreparedScene& scene, const Plan& plan) {
+  const bool merges = plan.uses_maps && !plan.biased;
+  return {"gloss_merge", scene.shares_gloss && merges,
+          !scene.shares_gloss ? "no gloss is lit by way of glass or a mirror"
+          : merges            ? "photons that come by way of glass or mirrors are gathered on gloss, too"
+          : plan.uses_maps    ? "the method leaves gloss to paths"
+                              : "the method stores no photons"};
+}
+
 PlanItem shares_item(bool caustics, bool extended) {
   return {"mis_merge", caustics && extended,
           !caustics  ? "there are no caustics to share"
@@ -125,7 +134,8 @@ Status check_radius(float radius, const Bounds3& bounds) {
 Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& settings, const Execution& execution) {
   if (execution.cancelled()) return cancelled();
   if (const Status fine = check_radius(settings.radius, scene.bounds); !fine) return fine.error();
-  const Features features = find_features(scene.scene);
+  Features features = find_features(scene.scene);
+  features.receivers = features.receivers || scene.shares_gloss;
   Plan plan;
   plan.method = settings.method;
   plan.items.push_back(choose_method(features, scene.lights.environment_casts(), plan.method));
@@ -140,6 +150,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                         : plan.uses_maps        ? features.caster
                                                 : left_to_paths(features.caster, concentrated)});
   if (plan.method == Method::hybrid) plan.items.push_back(shares_item(caustics, scene.lights.extended()));
+  plan.items.push_back(gloss_item(scene, plan));
   plan.items.push_back(aim_item(scene.aim, plan.uses_maps));
   plan.items.push_back({"volume_absorption", features.absorption,
                         features.absorption ? "a transmitting volume has an attenuation colour"

@@ -84,6 +84,19 @@ bool casts_caustics(const Material& m) {
   return m.transmission > 0 || (m.metallic >= 0.5f && m.roughness < kRough);
 }
 
+bool lights_gloss(const Scene& scene) {
+  bool caster = false, gloss = false;
+  for (const Instance& instance : scene.instances) {
+    const Material& m = scene.materials[scene.meshes[instance.mesh].material];
+    const bool textured = m.metallic_roughness_texture.used();
+    const float alpha = m.roughness * m.roughness;
+    caster = caster || m.transmission > 0 || (m.metallic >= 0.5f && alpha < kSmoothAlpha && !textured);
+    const bool glossy = textured || (alpha >= kSmoothAlpha && alpha < kGatherAlpha);
+    gloss = gloss || (glossy && m.transmission < 1 && !m.bare_diffuse());
+  }
+  return caster && gloss;
+}
+
 bool environment_casts(const Scene& scene) {
   // From here on a path that leaves glass by chance finds too little of the environment's light too rarely: the squared
   // relative error of such a path.

@@ -14,6 +14,10 @@ bool bundles_light(const Material& material);
 /// Whether what the surface throws on others may be a caustic: it transmits, or is a metal with a narrow highlight.
 bool casts_caustics(const Material& material);
 
+/// Whether the scene has glass, or a mirror, and beside it gloss: paths from there find light by way of it too seldom,
+/// and that of points never.
+bool lights_gloss(const Scene& scene);
+
 /// Whether the environment is so uneven that such surfaces make caustics of it that paths find too seldom.
 bool environment_casts(const Scene& scene);
 

@@ -15,4 +15,12 @@ inline LobeMask gathered_lobes(const Bsdf& bsdf) {
   return mask & bsdf.lobes();
 }
 
+/// Gloss: reflections too narrow for all light to be gathered there, not narrow enough to be mirrors. Caustic light
+/// to it may be shared between photons and paths that go on (PreparedScene::shares_gloss). Not where a surface
+/// transmits.
+inline LobeMask gloss_lobes(const Bsdf& bsdf) {
+  if ((bsdf.lobes() & kGlassLobe) != 0) return kNoLobe;
+  return bsdf.lobes() & kReflectionLobe & ~gathered_lobes(bsdf) & ~bsdf.delta_lobes();
+}
+
 }  // namespace photond

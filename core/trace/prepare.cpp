@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/math/transform.h"
+#include "core/trace/casters.h"
 
 namespace photond {
 
@@ -152,6 +153,7 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
   }
   prepared->placed = placed_meshes(prepared->scene);
   prepared->lights = Lights(prepared->scene, prepared->bounds);
+  prepared->shares_gloss = lights_gloss(prepared->scene) && prepared->lights.casting_share() > 0;
   if (execution.cancelled()) return cancelled();
   // Inside the arena Embree's build tasks run on its low-priority workers.
   Result<Accel> accel = execution.arena == nullptr

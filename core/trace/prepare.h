@@ -23,6 +23,7 @@ struct PreparedScene {
   Accel accel;
   Lights lights;
   AimFinding aim;                    ///< what the lights aim at, and why
+  bool shares_gloss = false;         ///< whether photons that come by way of a caster are stored on gloss
   std::vector<PlacedMesh> placed;    ///< for each instance, and none
   std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each
   std::uint64_t memory_bytes = 0;    ///< estimate: scene, textures and accelerator

@@ -35,18 +35,27 @@ Mesh square(float x, const Vec3& towards, float side) {
   return towards.x > 0 ? parallelogram(corner, {0, side, 0}, {0, 0, side}) : parallelogram(corner, {0, 0, side}, {0, side, 0});
 }
 
-// A floor that a square of one watt and this side lights by way of the mirror x = 2; or the same, unfolded.
-std::shared_ptr<const PreparedScene> floor_before_a_mirror(float side, bool unfolded, float roughness = 0) {
+// Light from a square of this side, or from a point.
+void add_lamp(Scene& scene, float x, float towards, float side, float flux) {
+  if (side == 0) {
+    scene.lights.push_back(spot_light({x, 0, 0.5f}, {towards, 0, 0}, 0.9f, 0.8f, flux * kInvPi));
+    return;
+  }
+  add_mesh(scene, square(x, {towards, 0, 0}, side), add_material(scene, emitter(Rgb(flux / (kPi * side * side)))));
+}
+
+// A floor that one of a watt lights by way of the mirror x = 2; or the same, unfolded.
+std::shared_ptr<const PreparedScene> floor_before_a_mirror(float side, bool unfolded, float roughness = 0,
+                                                           const Material& floor = lambert(Rgb(kDark))) {
   Scene scene = empty_scene();
-  add_mesh(scene, parallelogram({-3, -3, 0}, {5, 0, 0}, {0, 6, 0}), add_material(scene, lambert(Rgb(kDark))));
-  const float radiance = 1 / (kPi * side * side);
+  add_mesh(scene, parallelogram({-3, -3, 0}, {5, 0, 0}, {0, 6, 0}), add_material(scene, floor));
   if (unfolded) {
-    add_mesh(scene, square(2.5f, {-1, 0, 0}, side), add_material(scene, emitter(Rgb(0.9f * radiance))));
+    add_lamp(scene, 2.5f, -1, side, 0.9f);
   } else {
     Material metal = mirror(Rgb(0.9f));
     metal.roughness = roughness;
     add_mesh(scene, parallelogram({2, -3, 0}, {0, 0, 3}, {0, 6, 0}), add_material(scene, metal));
-    add_mesh(scene, square(1.5f, {1, 0, 0}, side), add_material(scene, emitter(Rgb(radiance))));
+    add_lamp(scene, 1.5f, 1, side, 1);
   }
   return prepared(std::move(scene));
 }
@@ -79,6 +88,37 @@ TEST(MergeStatistical, SharesSumBehindARoughMirror) {
   }
 }
 
+Material dark_metal(float roughness) {
+  Material metal = mirror(Rgb(kDark));
+  metal.roughness = roughness;
+  return metal;
+}
+
+// A floor of gloss gathers what comes by way of the mirror.
+TEST(MergeStatistical, SharesSumOnGloss) {
+  Material plastic = lambert(Rgb(kDark));
+  plastic.specular = 1;
+  plastic.roughness = 0.4f;
+  const std::pair<std::string, Material> floors[] = {{"metal", dark_metal(0.45f)}, {"plastic", plastic}};
+  for (const auto& [name, floor] : floors) {
+    for (const float side : {0.0f, 1e-4f, 0.3f, 0.9f}) {
+      Look at = look(60'000, 300);
+      at.from = {0.2f, 0.1f, 0.7f};
+      at.radius = 0.03f;
+      Look many = at;
+      many.side = 24;
+      const auto mirrored = floor_before_a_mirror(side, false, 0, floor);
+      ASSERT_TRUE(mirrored->shares_gloss);
+      const Sample expected = seen_by(Method::path, floor_before_a_mirror(side, true, 0, floor), many);
+      for (const Method method : {Method::progressive, Method::hybrid}) {
+        // The kernel's bias is below (r/(α d))²/12.
+        expect_equal(seen_by(method, mirrored, at), expected,
+                     name + ", side " + std::to_string(side) + ", " + std::string(method_name(method)), 0.004);
+      }
+    }
+  }
+}
+
 // Through the surface of water étendue is diluted by n².
 TEST(MergeStatistical, SharesSumBelowWater) {
   Scene scene = empty_scene();
@@ -95,21 +135,22 @@ TEST(MergeStatistical, SharesSumBelowWater) {
 
 // Light from around through a glass ball: of an uneven sky no photon and no path may take it alone; that of an even one
 // is the paths', and a lamp's beside it shared as ever.
-void expect_equal_under(Environment environment, const Rgb& lamp, const std::string& what) {
+void expect_equal_under(Environment environment, const Rgb& lamp, const std::string& what,
+                        Method method = Method::hybrid, const Material& floor = lambert(Rgb(kDark))) {
   Scene scene = empty_scene();
-  add_mesh(scene, parallelogram({-3, -3, 0}, {6, 0, 0}, {0, 6, 0}), add_material(scene, lambert(Rgb(kDark))));
+  add_mesh(scene, parallelogram({-3, -3, 0}, {6, 0, 0}, {0, 6, 0}), add_material(scene, floor));
   add_mesh(scene, sphere({1.2f, 0, 0.6f}, 0.5f, 64), add_material(scene, glass(1.5f)));
   scene.environment = std::move(environment);
   if (!is_black(lamp)) {
     add_mesh(scene, parallelogram({1, -0.2f, 3}, {0, 0.4f, 0}, {0.4f, 0, 0}), add_material(scene, emitter(lamp)));
   }
   const auto ball = prepared(std::move(scene));
-  Look at = look(40'000, 300);
+  Look at = look(40'000, 350);
   at.radius = 0.05f;
   at.from = {1, 0.5f, 0.05f};
   Look many = at;
   many.side = 24;
-  expect_equal(seen_by(Method::hybrid, ball, at), seen_by(Method::path, ball, many), what, 0.002);
+  expect_equal(seen_by(method, ball, at), seen_by(Method::path, ball, many), what, 0.002);
 }
 
 TEST(MergeStatistical, SharesSumUnderAnEnvironment) {
@@ -121,6 +162,13 @@ TEST(MergeStatistical, SharesSumUnderAnEnvironment) {
   expect_equal_under(uneven, Rgb(0), "uneven sky");
   expect_equal_under({Rgb(1)}, Rgb(0), "even sky");
   expect_equal_under({Rgb(0.3f)}, Rgb(30), "even sky and a lamp");
+}
+
+TEST(MergeStatistical, SharesSumOnGlossUnderAnEnvironment) {
+  for (const Method method : {Method::progressive, Method::hybrid}) {
+    expect_equal_under({Rgb(0.3f)}, Rgb(0), "even sky", method, dark_metal(0.45f));
+    expect_equal_under({Rgb(0.3f)}, Rgb(30), "even sky and a lamp", method, dark_metal(0.45f));
+  }
 }
 
 }  // namespace

@@ -214,5 +214,17 @@ TEST(ScalesStatistical, ACreaseIsNotDarker) {
   }
 }
 
+/// Of light whose étendue has no bound nothing is the photons', even where paths have no density.
+TEST(Merge, UnboundedLightBelongsToPaths) {
+  const Receiver receiver({test::parallelogram({-1, -1, 0}, {2, 0, 0}, {0, 2, 0})});
+  const Ray ray = down(0, 0);
+  const SurfacePoint surface = receiver.look(ray);
+  const Bsdf bsdf(receiver.scene->scene, surface, -ray.direction);
+  const Vec3 below(0.6f, 0, -0.8f);
+  ASSERT_EQ(bsdf.pdf(below, bsdf.lobes()), 0);
+  EXPECT_EQ(Merge{1}.ratio(surface, bsdf, bsdf.lobes(), below, kInfinity), kInfinity);
+  EXPECT_EQ(Merge{1}.ratio(surface, bsdf, bsdf.lobes(), below, 1), 0);
+}
+
 }  // namespace
 }  // namespace photond

@@ -32,5 +32,38 @@ TEST(Plan, TellsWhatPathsMayNotFind) {
   EXPECT_EQ(caustics_by_path(false, true), "no material bundles light");
 }
 
+/// A floor of metal under a lamp, and perhaps a ball of glass.
+Plan plan_of_gloss(Method method, float roughness, bool glass) {
+  Scene scene = test::empty_scene();
+  Material metal = test::mirror(Rgb(0.5f));
+  metal.roughness = roughness;
+  test::add_mesh(scene, test::parallelogram({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}), test::add_material(scene, metal));
+  if (glass) test::add_mesh(scene, test::sphere({0, 1, 0}, 0.5f, 8), test::add_material(scene, test::glass(1.5f)));
+  test::add_point_light(scene, {0, 3, 0}, Rgb(1));
+  const auto plan = make_plan(*test::prepared(std::move(scene)), {.method = method}, Execution{});
+  EXPECT_TRUE(plan.ok());
+  return *plan;
+}
+
+bool merges_on_gloss(const Plan& plan) {
+  for (const PlanItem& item : plan.items) {
+    if (item.feature == "gloss_merge") return item.active;
+  }
+  ADD_FAILURE() << "not told";
+  return false;
+}
+
+TEST(Plan, GathersOnGlossWhereItIsLitThroughGlass) {
+  const Plan plan = plan_of_gloss(Method::automatic, 0.4f, true);
+  EXPECT_EQ(plan.method, Method::progressive);   // paths would not find the point
+  EXPECT_TRUE(merges_on_gloss(plan));
+  EXPECT_TRUE(merges_on_gloss(plan_of_gloss(Method::hybrid, 0.4f, true)));
+  EXPECT_FALSE(merges_on_gloss(plan_of_gloss(Method::progressive, 0.4f, false)));
+  EXPECT_FALSE(merges_on_gloss(plan_of_gloss(Method::progressive, 0, true)));      // a mirror
+  EXPECT_FALSE(merges_on_gloss(plan_of_gloss(Method::progressive, 0.8f, true)));   // all photons are gathered there
+  EXPECT_FALSE(merges_on_gloss(plan_of_gloss(Method::path, 0.4f, true)));
+  EXPECT_FALSE(merges_on_gloss(plan_of_gloss(Method::photon_map, 0.4f, true)));
+}
+
 }  // namespace
 }  // namespace photond
