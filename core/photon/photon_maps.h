@@ -43,7 +43,8 @@ struct EnergyLedger {
 /// The photons of one pass and their indices. Immutable and independent of the camera.
 struct PhotonMaps {
   PhotonMap global;        ///< indirect: at least one non-specular bounce before the stored hit
-  PhotonMap caustic;       ///< light, then one or more specular bounces, then the stored hit: LS⁺D
+  PhotonMap caustic;       ///< light, then one or more specular bounces, then the stored hit: LS⁺D, and LS⁺ on gloss
+                           ///< (PreparedScene::shares_gloss)
   Irradiance irradiance;   ///< by both maps; empty but where the key asks for it
   double emitted = 0;      ///< paths, with those of lights that were left out: photon powers are divided by it at the query
   std::uint64_t rays = 0;          ///< traced while shooting

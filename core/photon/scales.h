@@ -16,7 +16,7 @@ struct ScaleEstimate {
 };
 
 /// The multiple importance sampling of caustic light that photons bring and that paths from the eye find, too, by
-/// following a gathered lobe and then the same chain of mirrors and glass to an extended light.
+/// following a gathered lobe, or gloss, and then the same chain of mirrors and glass to an extended light.
 ///
 /// The densities of the two are ρ : 1, ρ = q p(ω)/|cos| · G/(N π r²), where a path goes on from here with probability q
 /// and density p per solid angle, N paths are emitted, r is *the* radius of the gather, and G is the étendue of the
