@@ -120,8 +120,6 @@ TEST(ErrorEstimate, PredictsTheNoiseOfIndependentPasses) {
   }
 }
 
-/// Passes of a block share a random order of 16 strata: the mean of a block has the variance of a 16th of a stratum
-/// instead of a 16th of the whole.
 // A tenth of the light comes by one sample of 4000: the pixels that it hits are as much too bright as the others are too
 // dark, and to relate their error to what they show would hide it.
 TEST(ErrorEstimate, PredictsTheErrorOfFireflies) {
@@ -157,6 +155,8 @@ TEST(ErrorEstimate, RelatesABrightPixelToItself) {
   }
 }
 
+/// Passes of a block share a random order of 16 strata: the mean of a block has the variance of a 16th of a stratum
+/// instead of a 16th of the whole.
 TEST(ErrorEstimate, PredictsTheNoiseOfStratifiedBlocks) {
   constexpr int kSide = 60;
   const auto film_of_strata = [](std::uint32_t passes) {
