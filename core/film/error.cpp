@@ -31,12 +31,21 @@ class Variance {
     return (count_ - 1) * ratio * ratio;
   }
 
-  /// Of pixel i and channel c; `pass_mean` is the mean over all passes.
-  double operator()(std::size_t i, std::size_t c, double pass_mean) const {
-    const double squares = (by_blocks_ ? film_.block_squares : film_.pass_squares)[i][c].value();
-    const double mean = by_blocks_ ? film_.complete[i][c].value() * per_pass_ : pass_mean;
-    // Σ(x − mean)² = Σx² − n·mean²; what rounding leaves of equal values may be negative.
-    return std::max(0.0, squares - count_ * mean * mean) * of_mean_;
+  /// Channel by channel of the pixels from `first` on; `means` are those of all passes.
+  void operator()(std::size_t first, std::span<const double> means, std::span<double> variances) const {
+    values((by_blocks_ ? film_.block_squares : film_.pass_squares)[first].data(), variances.data(), variances.size());
+    std::vector<double> sums;
+    if (by_blocks_) {
+      sums.resize(means.size());
+      values(film_.complete[first].data(), sums.data(), sums.size());
+    }
+    const double* const x = by_blocks_ ? sums.data() : means.data();
+    const double scale = by_blocks_ ? per_pass_ : 1;
+    for (std::size_t k = 0; k < variances.size(); ++k) {
+      const double mean = x[k] * scale;
+      // Σ(x − mean)² = Σx² − n·mean²; what rounding leaves of equal values may be negative.
+      variances[k] = std::max(0.0, variances[k] - count_ * mean * mean) * of_mean_;
+    }
   }
 
  private:
@@ -46,17 +55,30 @@ class Variance {
   double per_pass_, of_mean_;   // what a sum over complete blocks and Σ(x − mean)² are multiplied by
 };
 
+// Row y of an array over the pixels, channel by channel.
+std::span<const double> row_of(const ZeroedArray<glm::dvec3>& pixels, std::size_t width, std::size_t y) {
+  static_assert(sizeof(glm::dvec3) == 3 * sizeof(double));
+  return {&pixels[y * width].x, 3 * width};
+}
+
+// A row of the film, channel by channel: the means of the passes, and the variances of those by the spread of the passes.
+struct FilmRow {
+  std::vector<double> mean, variance;
+
+  FilmRow(const Film& film, const Variance& variance_of, std::size_t y)
+      : mean(3 * static_cast<std::size_t>(film.width)), variance(mean.size()) {
+    const std::size_t first = y * static_cast<std::size_t>(film.width);
+    pass_means(film, first, mean);
+    variance_of(first, mean, variance);
+  }
+};
+
 /// What an ErrorEstimate is made of, over some pixels.
 struct ErrorSums {
   double v = 0, v_relative = 0;
   double b_sq = 0, b_sq_relative = 0;
   std::uint64_t dominated = 0;
 
-  void add(double variance, double bias_sq, double level) {
-    const double scale = 1 / (level * level + 0.01);
-    v += variance, v_relative += variance * scale;
-    b_sq += bias_sq, b_sq_relative += bias_sq * scale;
-  }
   void add(const ErrorSums& other) {
     v += other.v, v_relative += other.v_relative;
     b_sq += other.b_sq, b_sq_relative += other.b_sq_relative;
@@ -67,33 +89,28 @@ struct ErrorSums {
 // Means of the 24 pixels around each; at the border, of those that there are, and of a single pixel its own.
 class Surroundings {
  public:
-  /// `mean(i)`: of pixel i.
+  /// `mean(y, row)` puts row y, channel by channel, where it is to be.
   template <class Mean>
   Surroundings(const Film& film, const Execution& execution, const Mean& mean)
       : width_(static_cast<std::size_t>(film.width)), height_(static_cast<std::size_t>(film.height)),
-        stride_(3 * (width_ + 2 * kReach)), means_(stride_ * (height_ + 2 * kReach), 0.0f) {
-    for_rows(film, execution, [&](std::size_t y) {
-      for (std::size_t x = 0; x < width_; ++x) {
-        const glm::dvec3 m = mean(y * width_ + x);
-        for (int c = 0; c < 3; ++c) means_[at(x, y) + static_cast<std::size_t>(c)] = static_cast<float>(m[c]);
-      }
-    });
+        stride_(3 * (width_ + 2 * kReach)), means_(stride_ * (height_ + 2 * kReach)), columns_(3 * width_) {
+    for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k] = static_cast<double>(within(k / 3, width_));
+    for_rows(film, execution, [&](std::size_t y) { mean(y, std::span(means_.data() + at(0, y), 3 * width_)); });
   }
 
-  /// Of row y, channel by channel.
-  std::vector<float> row(std::size_t y) const {
-    std::vector<double> columns(stride_, 0.0);
-    std::vector<float> around(3 * width_);
+  /// Of row y.
+  std::vector<double> row(std::size_t y) const {
+    std::vector<double> columns(stride_), around(columns_.size());
     for (std::size_t r = y; r <= y + 2 * kReach; ++r) {
-      for (std::size_t k = 0; k < stride_; ++k) columns[k] += static_cast<double>(means_[r * stride_ + k]);
+      for (std::size_t k = 0; k < stride_; ++k) columns[k] += means_[r * stride_ + k];
     }
-    const float* const own = &means_[at(0, y)];
-    const std::size_t rows = within(y, height_);
+    const double* const own = &means_[at(0, y)];
+    const auto rows = static_cast<double>(within(y, height_));
     for (std::size_t k = 0; k < around.size(); ++k) {
-      double sum = -static_cast<double>(own[k]);
+      double sum = -own[k];
       for (std::size_t step = 0; step <= 2 * kReach; ++step) sum += columns[k + 3 * step];
-      const std::size_t others = rows * within(k / 3, width_) - 1;
-      around[k] = others > 0 ? static_cast<float>(sum / static_cast<double>(others)) : own[k];
+      const double others = rows * columns_[k] - 1;
+      around[k] = others > 0 ? sum / others : own[k];
     }
     return around;
   }
@@ -106,21 +123,42 @@ class Surroundings {
   static std::size_t within(std::size_t i, std::size_t n) { return std::min(n, i + kReach + 1) - (i - std::min(i, kReach)); }
 
   std::size_t width_, height_, stride_;
-  std::vector<float> means_;
+  ZeroedArray<double> means_;
+  std::vector<double> columns_;   // of each channel of a row, how many columns are not too far away
 };
 
 // What the error of a pixel is related to: its mean as far as it is known, else no more than what is around it. A pixel
 // that one sample has made a thousand times too bright is a thousand times wrong, not by all that it shows; one that shows
 // a lamp is as bright as it seems.
 double level(double mean, double variance, double around) {
-  if (!(around < mean)) return mean;
   constexpr double kFewSamples = 4;   // as many that share the mean tell nothing of it, many more all
   const double doubt = std::min(1.0, kFewSamples * variance / (mean * mean));
-  return mean + doubt * (around - mean);
+  return around < mean ? mean + doubt * (around - mean) : mean;
 }
 
-bool is_dominated(const Film& film, std::size_t pixel, const glm::dvec3& mean, std::uint32_t passes) {
-  return film.largest[pixel] > 0.5 * passes * (mean.x + mean.y + mean.z);
+// Over numbers that belong together: means, their variances and squared biases, and the means of what is around them.
+ErrorSums sum(std::span<const double> mean, std::span<const double> variance, std::span<const double> bias_sq,
+              std::span<const double> around) {
+  constexpr std::size_t kTogether = 8;
+  double v[kTogether] = {}, v_relative[kTogether] = {}, b_sq[kTogether] = {}, b_sq_relative[kTogether] = {};
+  const auto add = [&](std::size_t k, std::size_t j) {
+    const double l = level(mean[k], variance[k], around[k]);
+    const double scale = 1 / (l * l + 0.01);
+    v[j] += variance[k], v_relative[j] += variance[k] * scale;
+    b_sq[j] += bias_sq[k], b_sq_relative[j] += bias_sq[k] * scale;
+  };
+  const std::size_t whole = mean.size() / kTogether * kTogether;
+  for (std::size_t k = 0; k < whole; k += kTogether) {
+    for (std::size_t j = 0; j < kTogether; ++j) add(k + j, j);
+  }
+  for (std::size_t k = whole; k < mean.size(); ++k) add(k, k - whole);
+  ErrorSums sums;
+  for (std::size_t j = 0; j < kTogether; ++j) sums.add({v[j], v_relative[j], b_sq[j], b_sq_relative[j]});
+  return sums;
+}
+
+bool is_dominated(const Film& film, std::size_t pixel, const double* mean, std::uint32_t passes) {
+  return static_cast<double>(film.largest[pixel]) > 0.5 * passes * (mean[0] + mean[1] + mean[2]);
 }
 
 }  // namespace
@@ -160,26 +198,24 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
   const bool banded = !film.bands.empty();   // otherwise the picture is the mean, and nothing is left out
   const Reconstruction picture = banded ? reconstruct(film, execution) : Reconstruction{};
   const auto width = static_cast<std::size_t>(film.width);
-  const Surroundings surroundings(film, execution, [&](std::size_t i) { return banded ? picture.mean[i] : pass_mean(film, i); });
+  const Surroundings surroundings(film, execution, [&](std::size_t y, std::span<double> means) {
+    if (!banded) return pass_means(film, y * width, means);
+    std::ranges::copy(row_of(picture.mean, width, y), means.begin());
+  });
   std::vector<ErrorSums> rows(static_cast<std::size_t>(film.height));
   for_rows(film, execution, [&](std::size_t y) {
-    ErrorSums row;
-    const std::vector<float> near = surroundings.row(y);
-    for (std::size_t i = y * width; i < (y + 1) * width; ++i) {
-      const glm::dvec3 mean = pass_mean(film, i);
-      row.dominated += is_dominated(film, i, mean, passes);
-      for (int c = 0; c < 3; ++c) {
-        const double v = variance(i, static_cast<std::size_t>(c), mean[c]);
-        const auto around = static_cast<double>(near[3 * (i - y * width) + static_cast<std::size_t>(c)]);
-        if (banded) {
-          const double all = v + picture.variance[i][c];
-          row.add(all, picture.bias_sq[i][c], level(picture.mean[i][c], all, around));
-        } else {
-          row.add(v, 0, level(mean[c], v, around));
-        }
-      }
+    FilmRow row(film, variance, y);
+    const std::vector<double> around = surroundings.row(y);
+    if (banded) {
+      const auto more = row_of(picture.variance, width, y);
+      for (std::size_t k = 0; k < more.size(); ++k) row.variance[k] += more[k];
+      rows[y] = sum(row_of(picture.mean, width, y), row.variance, row_of(picture.bias_sq, width, y), around);
+    } else {
+      rows[y] = sum(row.mean, row.variance, std::vector<double>(row.mean.size()), around);
     }
-    rows[y] = row;
+    for (std::size_t x = 0; x < width; ++x) {
+      rows[y].dominated += is_dominated(film, y * width + x, &row.mean[3 * x], passes);
+    }
   });
   ErrorSums sums;
   for (const ErrorSums& row : rows) sums.add(row);
@@ -198,13 +234,16 @@ ErrorLayers error_layers(const Film& film, const Execution& execution) {
   if (passes < 2) return layers;
   const Variance variance(film, kBlocksForEstimate);
   const Reconstruction picture = reconstruct(film, execution);
-  for_pixels(film, execution, [&](std::size_t i) {
-    const glm::dvec3 mean = pass_mean(film, i);
-    for (int c = 0; c < 3; ++c) {
-      const double own = variance(i, static_cast<std::size_t>(c), mean[c]);
-      const double deviation = std::sqrt(own + picture.variance[i][c]);
-      const double degrees = variance.degrees(own, picture.variance[i][c]);
-      const double bias = std::sqrt(std::max(0.0, picture.bias_sq[i][c]));
+  const auto width = static_cast<std::size_t>(film.width);
+  for_rows(film, execution, [&](std::size_t y) {
+    const FilmRow row(film, variance, y);
+    const auto by_bands = row_of(picture.variance, width, y), bias_sq = row_of(picture.bias_sq, width, y);
+    for (std::size_t k = 0; k < bias_sq.size(); ++k) {
+      const double deviation = std::sqrt(row.variance[k] + by_bands[k]);
+      const double degrees = variance.degrees(row.variance[k], by_bands[k]);
+      const double bias = std::sqrt(std::max(0.0, bias_sq[k]));
+      const std::size_t i = y * width + k / 3;
+      const auto c = static_cast<int>(k % 3);
       layers.noise.pixels[i][c] = static_cast<float>(t_quantile(degrees) * deviation);
       layers.bias.pixels[i][c] = static_cast<float>(bias);
       layers.bound.pixels[i][c] = static_cast<float>(error_bound(bias, deviation, degrees));
@@ -217,8 +256,11 @@ std::vector<bool> dominated_pixels(const Film& film) {
   std::vector<bool> flags(film.complete.size());
   const std::uint32_t passes = film.pass_count();
   if (passes == 0) return flags;
-  for (std::size_t i = 0; i < flags.size(); ++i) {
-    flags[i] = is_dominated(film, i, pass_mean(film, i), passes);
+  const auto width = static_cast<std::size_t>(film.width);
+  std::vector<double> means(3 * width);
+  for (std::size_t first = 0; first < flags.size(); first += width) {
+    pass_means(film, first, means);
+    for (std::size_t x = 0; x < width; ++x) flags[first + x] = is_dominated(film, first + x, &means[3 * x], passes);
   }
   return flags;
 }

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cassert>
 #include <cmath>
-#include <span>
 #include <string>
 
 #include "core/film/rows.h"
@@ -94,11 +93,10 @@ std::uint64_t add_row(Film& film, Film::Sums& sum, const PassImage& image, std::
   }
   add(&sum[first], radiance);
   if (!bands.empty()) add(&film.bands[first], bands);
+  if (!film.pass_squares.empty()) add_squares(film.pass_squares[first].data(), &radiance[0].x, 3 * width);
   for (std::size_t i = 0; i < width; ++i) {
     const Rgb& value = radiance[i];
     film.largest[first + i] = std::max(film.largest[first + i], value.x + value.y + value.z);
-    if (film.pass_squares.empty()) continue;
-    for (int c = 0; c < 3; ++c) film.pass_squares[first + i][static_cast<std::size_t>(c)].add_square(value[c]);
   }
   return rejected;
 }
@@ -194,16 +192,22 @@ Status merge_film(Film& film, const Film& other) {
   return Done{};
 }
 
-glm::dvec3 pass_mean(const Film& film, std::size_t pixel) {
-  glm::dvec3 mean(0);
+void pass_means(const Film& film, std::size_t first, std::span<double> means) {
   const std::uint32_t passes = film.pass_count();
-  if (passes == 0) return mean;
-  for (std::size_t c = 0; c < 3; ++c) {
-    ExactSum sum = film.complete[pixel][c];
-    for (const Film::OpenBlock& block : film.open) sum.add(block.sum[pixel][c]);
-    mean[static_cast<int>(c)] = sum.value() / passes;
+  const ExactSum* const complete = film.complete[first].data();
+  std::vector<ExactSum> sums(complete, complete + means.size());
+  for (const Film::OpenBlock& block : film.open) {
+    const ExactSum* const more = block.sum[first].data();
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k].add(more[k]);
   }
-  return mean;
+  values(sums.data(), means.data(), means.size());
+  for (double& mean : means) mean = passes > 0 ? mean / passes : 0;
+}
+
+glm::dvec3 pass_mean(const Film& film, std::size_t pixel) {
+  std::array<double, 3> mean;
+  pass_means(film, pixel, mean);
+  return {mean[0], mean[1], mean[2]};
 }
 
 }  // namespace photond

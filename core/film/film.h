@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/base/parallel.h"
@@ -71,7 +72,11 @@ void add_pass(Film& film, std::uint32_t pass, const PassImage& image, const Exec
 /// Adds all passes of `other`. Errors: another size; a pass that both contain.
 Status merge_film(Film& film, const Film& other);
 
-/// The mean of the passes' radiance, without their bands; black where there are none.
+/// The mean of the passes' radiance, without their bands, channel by channel of the pixels from `first` on; black where
+/// there are no passes.
+void pass_means(const Film& film, std::size_t first, std::span<double> means);
+
+/// Of one pixel.
 glm::dvec3 pass_mean(const Film& film, std::size_t pixel);
 
 }  // namespace photond

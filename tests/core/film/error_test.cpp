@@ -217,9 +217,9 @@ TEST(ErrorEstimate, ContainsTheBias) {
     add_pass(film, pass, image);
   }
   const ErrorEstimate error = estimate_error(film);
-  EXPECT_NEAR(error.bias, 0.1825 / std::sqrt(100.01), 1e-12);
+  EXPECT_NEAR(error.bias, 0.1825 / std::sqrt(100.01), 1e-7);
   EXPECT_EQ(error.noise, 0);
-  EXPECT_NEAR(error.rmse, 0.1825, 1e-12);
+  EXPECT_NEAR(error.rmse, 0.1825, 1e-7);
   const ErrorLayers layers = error_layers(film);
   for (std::size_t i = 0; i < 400; ++i) {
     EXPECT_EQ(film_picture(film).pixels[i], Rgb(10));

@@ -108,6 +108,37 @@ TEST(ExactSum, ManyAtOnceAreWhatEachIs) {
     for (std::size_t i = 0; i < count; ++i) one[i].add(x[i]);
     add(all.data(), x.data(), count);
     ASSERT_EQ(all, one);
+    std::array<double, kMost> sums{};
+    values(all.data(), sums.data(), count);
+    for (std::size_t i = 0; i < kMost; ++i) ASSERT_EQ(sums[i], i < count ? one[i].value() : 0);
+  }
+}
+
+TEST(ExactSum, ManySquaresAtOnceAreWhatEachIs) {
+  constexpr std::size_t kMost = 23;
+  Rng rng(4, RngPurpose::pilot, 0, 0);
+  const float largest = std::nextafter(kLargestSummand, 0.0f);
+  for (int round = 0; round < 20'000; ++round) {
+    const std::size_t count = rng.next_uint() % (kMost + 1);
+    std::array<ExactSquareSum, kMost> one, all;
+    std::array<float, kMost> x;
+    for (std::size_t i = 0; i < kMost; ++i) {
+      const std::uint32_t bits = rng.next_uint();
+      x[i] = std::clamp(std::bit_cast<float>(bits & 0x40000000u ? bits & 0xd2ffffffu : bits), -largest, largest);
+      if (bits % 16 == 0) x[i] = bits & 16 ? -0.0f : 0.0f;
+      // Words that are full now and then: what is added carries through them.
+      for (std::size_t word = 0; word < 3; ++word) {
+        const std::uint64_t full = rng.next_uint() % 3 == 0 && word < 2 ? ~std::uint64_t{0} : 0;
+        one[i].words[word] = full | (std::uint64_t{rng.next_uint()} << 32 | rng.next_uint());
+      }
+      all[i] = one[i];
+    }
+    for (std::size_t i = 0; i < count; ++i) one[i].add_square(static_cast<double>(x[i]));
+    add_squares(all.data(), x.data(), count);
+    ASSERT_EQ(all, one);
+    std::array<double, kMost> sums{};
+    values(all.data(), sums.data(), count);
+    for (std::size_t i = 0; i < kMost; ++i) ASSERT_EQ(sums[i], i < count ? one[i].value() : 0);
   }
 }
 
