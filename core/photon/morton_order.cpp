@@ -7,6 +7,7 @@
 #include <atomic>
 #include <bit>
 #include <cstring>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -18,19 +19,30 @@ namespace {
 
 constexpr int kPlaceBits = 32;
 constexpr int kCodeBits = MortonGrid::kPartBits;         // above the place: keys are compared with their sign
-constexpr int kDigitBits = 9;                            // three an axis
-constexpr int kFirstShift = kPlaceBits + kCodeBits - kDigitBits;
-constexpr std::uint32_t kBuckets = 1u << kDigitBits;
+constexpr int kTop = kPlaceBits + kCodeBits;
+constexpr int kMostDigitBits = 9;                        // three an axis
+constexpr std::uint32_t kMostBuckets = 1u << kMostDigitBits;
+// Of fewer photons digits are of two bits an axis: most of more counters would count nothing.
+constexpr std::uint32_t kManyForDigit = 512;
 // Up to here counting who comes before is faster than another pass over the digits' counters.
 constexpr std::uint32_t kFew = 32;
 // Photons of a task; fewer are sorted by one thread.
 constexpr std::uint32_t kTask = 16'384;
 
-using Counts = std::array<std::uint32_t, kBuckets>;
+using Counts = std::array<std::uint32_t, kMostBuckets>;
 
-std::uint32_t digit(const PhotonKey& key, int shift) {
-  return static_cast<std::uint32_t>(key.bits >> shift) & (kBuckets - 1);
-}
+// Of the keys' bits below `top`.
+struct Digit {
+  int shift;
+  std::uint32_t buckets;
+
+  Digit(int top, std::uint32_t n) {
+    const int bits = std::min(top - kPlaceBits, n < kManyForDigit ? 6 : kMostDigitBits);
+    shift = top - bits;
+    buckets = 1u << bits;
+  }
+  std::uint32_t of(const PhotonKey& key) const { return static_cast<std::uint32_t>(key.bits >> shift) & (buckets - 1); }
+};
 
 // Each key's place is the number of those before it, four counted at once. No two are equal. Counts beyond n are of
 // anything, and left out.
@@ -86,7 +98,7 @@ class Sorter {
         (keys++)->bits = std::uint64_t{part} << kPlaceBits | place++;
       });
     });
-    sort(buffers, n, kFirstShift);
+    sort(buffers, n, kTop);
   }
 
  private:
@@ -111,55 +123,60 @@ class Sorter {
         buffers.from[i].bits = code << kPlaceBits | static_cast<std::uint32_t>(buffers.from[i].bits);
       }
     });
-    sort(buffers, n, kFirstShift);
+    sort(buffers, n, kTop);
   }
 
-  void sort(const Buffers& buffers, std::uint32_t n, int shift) const {
+  // By the bits below `top`.
+  void sort(const Buffers& buffers, std::uint32_t n, int top) const {
     if (n <= kFew) {
       sort_few(buffers.from, n, buffers.ends_in_to ? buffers.to : buffers.from);
-    } else if (shift < kPlaceBits) {
+    } else if (top == kPlaceBits) {
       if (!execution_.cancelled()) order_by_later_bits(buffers, n);
     } else if (n <= kTask) {
-      sort_serially(buffers, n, shift);
+      sort_serially(buffers, n, top);
     } else {
-      sort_in_parallel(buffers, n, shift);
+      sort_in_parallel(buffers, n, top);
     }
   }
 
-  void sort_serially(const Buffers& buffers, std::uint32_t n, int shift) const {
-    Counts ends{};
-    for (std::uint32_t i = 0; i < n; ++i) ++ends[digit(buffers.from[i], shift)];
-    if (ends[digit(buffers.from[0], shift)] == n) return sort(buffers, n, shift - kDigitBits);
+  void sort_serially(const Buffers& buffers, std::uint32_t n, int top) const {
+    const Digit digit(top, n);
+    Counts counts;
+    const std::span ends = std::span(counts).first(digit.buckets);
+    std::ranges::fill(ends, 0);
+    for (std::uint32_t i = 0; i < n; ++i) ++ends[digit.of(buffers.from[i])];
+    if (ends[digit.of(buffers.from[0])] == n) return sort(buffers, n, digit.shift);
     std::uint32_t sum = 0;
     for (std::uint32_t& count : ends) sum += std::exchange(count, sum);
-    for (std::uint32_t i = 0; i < n; ++i) buffers.to[ends[digit(buffers.from[i], shift)]++] = buffers.from[i];
+    for (std::uint32_t i = 0; i < n; ++i) buffers.to[ends[digit.of(buffers.from[i])]++] = buffers.from[i];
     std::uint32_t begin = 0;
     for (const std::uint32_t end : ends) {
-      if (end > begin) sort(buffers.next(begin), end - begin, shift - kDigitBits);
+      if (end > begin) sort(buffers.next(begin), end - begin, digit.shift);
       begin = end;
     }
   }
 
-  void sort_in_parallel(const Buffers& buffers, std::uint32_t n, int shift) const {
+  void sort_in_parallel(const Buffers& buffers, std::uint32_t n, int top) const {
+    const Digit digit(top, n);
     std::vector<Counts> places((n + kTask - 1) / kTask);
     for_tasks(n, execution_, [&](std::size_t task, std::uint32_t begin, std::uint32_t end) {
-      for (std::uint32_t i = begin; i < end; ++i) ++places[task][digit(buffers.from[i], shift)];
+      for (std::uint32_t i = begin; i < end; ++i) ++places[task][digit.of(buffers.from[i])];
     });
     // Bucket by bucket, and within a bucket task by task: equal digits keep their order.
     Counts ends{};
     std::uint32_t sum = 0;
-    for (std::uint32_t bucket = 0; bucket < kBuckets; ++bucket) {
+    for (std::uint32_t bucket = 0; bucket < digit.buckets; ++bucket) {
       for (Counts& counts : places) sum += std::exchange(counts[bucket], sum);
       ends[bucket] = sum;
     }
     for_tasks(n, execution_, [&](std::size_t task, std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t i = begin; i < end; ++i) {
-        buffers.to[places[task][digit(buffers.from[i], shift)]++] = buffers.from[i];
+        buffers.to[places[task][digit.of(buffers.from[i])]++] = buffers.from[i];
       }
     });
-    parallel_for(execution_, kBuckets, 1, [&](std::size_t bucket) {
+    parallel_for(execution_, digit.buckets, 1, [&](std::size_t bucket) {
       const std::uint32_t begin = bucket == 0 ? 0 : ends[bucket - 1];
-      if (ends[bucket] > begin) sort(buffers.next(begin), ends[bucket] - begin, shift - kDigitBits);
+      if (ends[bucket] > begin) sort(buffers.next(begin), ends[bucket] - begin, digit.shift);
     });
   }
 
