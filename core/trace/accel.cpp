@@ -51,13 +51,6 @@ RTCBuildQuality build_quality(const Scene& scene) {
   return overlap(scene) <= kApart ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM;
 }
 
-// What lies in a face of the box is met by rays within that face, too.
-Bounds3 widened(const Bounds3& box) {
-  if (box.empty()) return box;
-  const Vec3 margin(0x1p-20f * std::max(max_component(glm::abs(box.min)), max_component(glm::abs(box.max))));
-  return {box.min - margin, box.max + margin};
-}
-
 bool is_identity(const Affine& m) { return m == Affine(1); }
 
 struct DeviceDeleter {
@@ -85,7 +78,7 @@ struct Accel::State {
   ScenePtr top;            // all but the few
   ScenePtr few_scene;      // the few for rays that come one by one
   FewTriangles few;        // for those that lie side by side
-  Bounds3 top_bounds;
+  Cover others;            // around what is in the top
 
   Status check(const char* what) const;
   RTCGeometry triangles(const Scene& scene, const Mesh& mesh);
@@ -172,18 +165,16 @@ Result<Accel> Accel::build(const Scene& scene, std::span<const std::uint32_t> fe
   state.few_scene = state.new_scene();
   rtcSetSceneBuildQuality(state.top.get(), build_quality(scene));
   state.few = FewTriangles(scene, few);
-  const std::vector<Bounds3> bounds = instance_bounds(scene);
+  std::vector<std::uint32_t> others;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     if (std::ranges::find(few, i) != few.end()) {
       state.add_instance(scene, i, false, state.few_scene.get());
     } else {
       state.add_instance(scene, i, uses[scene.instances[i].mesh] > 1, state.top.get());
-      if (bounds[i].empty()) continue;
-      state.top_bounds.add(bounds[i].min);
-      state.top_bounds.add(bounds[i].max);
+      others.push_back(i);
     }
   }
-  state.top_bounds = widened(state.top_bounds);
+  if (!few.empty()) state.others = cover(scene, others);
   rtcCommitScene(state.top.get());
   rtcCommitScene(state.few_scene.get());
   if (Status status = state.check("building the scene"); !status) return status.error();
@@ -204,7 +195,7 @@ bool Accel::occluded(const Ray& ray) const {
 void Accel::intersect(const RayLanes& rays, std::uint32_t count, Coherence coherence, HitLanes& hits) const {
   if (state_->few.empty()) return intersect_rays(state_->top.get(), rays, count, coherence, hits);
   state_->few.intersect(rays, count, hits);
-  const CrossingRays crossing(state_->top_bounds, rays, hits.t, count);
+  const CrossingRays crossing(state_->others, rays, hits.t, count);
   HitLanes met;
   intersect_rays(state_->top.get(), crossing.rays(), crossing.size(), coherence, met);
   crossing.put(met, hits);
@@ -216,7 +207,7 @@ void Accel::occluded(const RayLanes& rays, std::uint32_t count, std::uint8_t (&h
   float t_max[kLanes];
   const std::uint32_t end = whole_vectors(count);
   for (std::uint32_t k = 0; k < end; ++k) t_max[k] = hidden[k] != 0 ? -1 : rays.t_max[k];   // nothing is that near
-  const CrossingRays crossing(state_->top_bounds, rays, t_max, count);
+  const CrossingRays crossing(state_->others, rays, t_max, count);
   std::uint8_t met[kLanes];
   occlude_rays(state_->top.get(), crossing.rays(), crossing.size(), met);
   crossing.put(met, hidden);

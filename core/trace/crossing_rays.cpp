@@ -27,31 +27,56 @@ constexpr auto kMembers = [] {
   return __builtin_convertvector(members, Mask8);
 }
 
-// Leaves the part of a ray between two planes.
-[[gnu::always_inline]] inline void cut(float min, float max, const Float8& origin, const Float8& direction,
-                                       Float8& near, Float8& far) {
-  constexpr float kSmall = 1e-30f;   // instead of 0, by which 0 could not be divided
-  const Float8 inverse = 1 / (direction >= 0 ? max8(direction, kSmall + Float8{}) : min8(direction, -kSmall + Float8{}));
-  const Float8 a = (min - origin) * inverse, b = (max - origin) * inverse;
-  near = max8(near, min8(a, b));
-  far = min8(far, max8(a, b));
-}
+// Eight rays, each up to an end.
+struct Rays8 {
+  Vec3x8 origin, inverse;   // 1/direction
+  Float8 end;
+
+  [[gnu::always_inline]] Rays8(const Vec3x8& from, const Vec3x8& direction, const Float8& t_max)
+      : origin(from), inverse{invert(direction.x), invert(direction.y), invert(direction.z)}, end(t_max) {}
+
+  // Which of them cross the box.
+  [[gnu::always_inline]] Mask8 cross(const Bounds3& box) const {
+    constexpr float kRounding = 1 + 8 * 0x1p-23f;   // of the two distances
+    Float8 near{}, far = end;
+    cut(box.min.x, box.max.x, origin.x, inverse.x, near, far);
+    cut(box.min.y, box.max.y, origin.y, inverse.y, near, far);
+    cut(box.min.z, box.max.z, origin.z, inverse.z, near, far);
+    return near <= far * kRounding;
+  }
+  // Any of them.
+  [[gnu::always_inline]] Mask8 cross(const std::vector<Bounds3>& boxes) const {
+    Mask8 any{};
+    for (const Bounds3& box : boxes) any |= cross(box);
+    return any;
+  }
+
+ private:
+  [[gnu::always_inline]] static Float8 invert(const Float8& direction) {
+    constexpr float kSmall = 1e-30f;   // instead of 0, by which 0 could not be divided
+    return 1 / (direction >= 0 ? max8(direction, kSmall + Float8{}) : min8(direction, -kSmall + Float8{}));
+  }
+  // Leaves the part of a ray between two planes.
+  [[gnu::always_inline]] static void cut(float min, float max, const Float8& from, const Float8& inverse, Float8& near,
+                                         Float8& far) {
+    const Float8 a = (min - from) * inverse, b = (max - from) * inverse;
+    near = max8(near, min8(a, b));
+    far = min8(far, max8(a, b));
+  }
+};
 
 }  // namespace
 
-CrossingRays::CrossingRays(const Bounds3& box, const RayLanes& all, const float (&t_max)[kLanes],
-                           std::uint32_t count) {
-  if (box.empty()) return;
-  constexpr float kRounding = 1 + 8 * 0x1p-23f;   // of the two distances
+CrossingRays::CrossingRays(const Cover& cover, const RayLanes& all, const float (&t_max)[kLanes], std::uint32_t count) {
+  if (cover.whole.empty()) return;
   for (std::uint32_t first = 0; first < count; first += 8) {
     const Vec3x8 origin = load8(all.origin, first), direction = load8(all.direction, first);
     const Float8 end = load8(&t_max[first]);
-    Float8 near{}, far = end;
-    cut(box.min.x, box.max.x, origin.x, direction.x, near, far);
-    cut(box.min.y, box.max.y, origin.y, direction.y, near, far);
-    cut(box.min.z, box.max.z, origin.z, direction.z, near, far);
+    const Rays8 rays(origin, direction, end);
     const std::uint32_t there = count - first < 8 ? (1u << (count - first)) - 1 : 0xff;
-    const std::uint32_t set = bits8(near <= far * kRounding) & there;
+    std::uint32_t set = bits8(rays.cross(cover.whole)) & there;
+    if (set == 0) continue;
+    if (!cover.parts.empty()) set &= bits8(rays.cross(cover.parts));
     const Mask8 order = members_of(set);
     store8(&rays_.origin.x[size_], __builtin_shuffle(origin.x, order));
     store8(&rays_.origin.y[size_], __builtin_shuffle(origin.y, order));

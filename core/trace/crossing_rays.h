@@ -1,14 +1,15 @@
 #pragma once
 
 #include "core/trace/accel.h"
+#include "core/trace/cover.h"
 
 namespace photond {
 
-/// Those of several rays that may meet anything in a box.
+/// Those of several rays that may meet anything in a cover.
 class CrossingRays {
  public:
-  /// Of the first `count`, those that cross the box before `t_max`; in doubt they do.
-  CrossingRays(const Bounds3& box, const RayLanes& all, const float (&t_max)[kLanes], std::uint32_t count);
+  /// Of the first `count`, those that cross it before `t_max`; in doubt they do.
+  CrossingRays(const Cover& cover, const RayLanes& all, const float (&t_max)[kLanes], std::uint32_t count);
 
   /// They, one after the other, up to `t_max`.
   const RayLanes& rays() const { return rays_; }

@@ -7,26 +7,24 @@
 #include <cassert>
 
 #include "core/math/float8.h"
-#include "core/trace/overlap.h"
+#include "core/trace/crossing_rays.h"
 
 namespace photond {
 
 namespace {
 
 constexpr std::size_t kFewOfMesh = 16;
-// Largest share of the scene's surface that a box around the others may have: with .26 nothing is gained.
+// Largest share of the lines through the scene that may cross what covers the others.
 constexpr float kRest = 0.2f;
 constexpr std::size_t kFew = 40;   // measured: 24 gain less, 72 lose in rooms of many boxes
 
-// Of all instances but some.
-Bounds3 bounds_without(const std::vector<Bounds3>& instances, const std::vector<std::uint32_t>& some) {
-  Bounds3 rest;
-  for (std::uint32_t i = 0; i < instances.size(); ++i) {
-    if (instances[i].empty() || std::ranges::find(some, i) != some.end()) continue;
-    rest.add(instances[i].min);
-    rest.add(instances[i].max);
+// Of all instances, those that are not among some.
+std::vector<std::uint32_t> others_than(const std::vector<std::uint32_t>& some, std::size_t count) {
+  std::vector<std::uint32_t> others;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (std::ranges::find(some, i) == some.end()) others.push_back(i);
   }
-  return rest;
+  return others;
 }
 
 // Eight rays, and two directions across each: the first without rounding, so that what is seen along a ray is where it is.
@@ -103,7 +101,8 @@ std::vector<std::uint32_t> FewTriangles::choose(const Scene& scene) {
     if (fits) sum += count;
     return !fits;
   });
-  if (half_surface(bounds_without(bounds, few)) > kRest * half_surface(world_bounds(scene))) few.clear();
+  const Cover others = cover(scene, others_than(few, scene.instances.size()));
+  if (crossing_share(others, world_bounds(scene)) > kRest) few.clear();
   return few;
 }
 

@@ -32,7 +32,7 @@ TEST(CrossingRays, AreThoseThatMayMeetTheBox) {
       const Vec3 origin = 2.0f * square_to_sphere(rng.next2()), target{rng.next(), rng.next(), 0};
       rays.set(k, {origin, glm::normalize(target - origin), k % 2 == 0 ? 2 : kInfinity});
     }
-    const CrossingRays crossing_rays(box, rays, rays.t_max, count);
+    const CrossingRays crossing_rays({box, {}}, rays, rays.t_max, count);
     std::uint32_t i = 0;
     for (std::uint32_t k = 0; k < count; ++k, ++all) {
       const double length = crossing(box, rays.ray(k));
@@ -58,16 +58,27 @@ TEST(CrossingRays, MayGoAlongAnAxisOrBeginInside) {
   rays.set(2, {{-1, 1.001f, 0.5f}, {1, -0.0f, 0}});
   rays.set(3, {{0.5f, 0.5f, 0.5f}, {0, 0, 1}, 1e-6f});
   rays.set(4, {{2, 0.5f, 0.5f}, {1, 0, 0}});
-  const CrossingRays crossing_rays(box, rays, rays.t_max, 5);
+  const CrossingRays crossing_rays({box, {}}, rays, rays.t_max, 5);
   ASSERT_EQ(crossing_rays.size(), 3u);
   EXPECT_EQ(crossing_rays.rays().t_max[2], 1e-6f);
   EXPECT_EQ(CrossingRays({}, rays, rays.t_max, 5).size(), 0u);
 }
 
+TEST(CrossingRays, CrossOneOfThePartsWhereThereAreAny) {
+  const Cover cover{{{0, 0, 0}, {3, 1, 1}}, {{{0, 0, 0}, {1, 1, 1}}, {{2, 0, 0}, {3, 1, 1}}}};
+  RayLanes rays{};
+  for (std::uint32_t k = 0; k < kLanes; ++k) {
+    rays.set(k, {{0.5f + static_cast<float>(k % 3), 0.5f, -1}, {0, 0, 1}, k < 3 ? 0.5f : kInfinity});
+  }
+  const CrossingRays crossing_rays(cover, rays, rays.t_max, kLanes);
+  ASSERT_EQ(crossing_rays.size(), 19u);   // of 10 or 11 each; three end before they are there
+  for (std::uint32_t i = 0; i < crossing_rays.size(); ++i) EXPECT_NE(crossing_rays.rays().origin[i].x, 1.5f);
+}
+
 TEST(CrossingRays, PutWhatTheyMeetWhereTheyWere) {
   RayLanes rays{};
   for (std::uint32_t k = 0; k < kLanes; ++k) rays.set(k, {{k % 3 == 0 ? 0 : 5, 0, -1}, {0, 0, 1}});
-  const CrossingRays crossing_rays({Vec3(-0.5f), Vec3(0.5f)}, rays, rays.t_max, kLanes);
+  const CrossingRays crossing_rays({{Vec3(-0.5f), Vec3(0.5f)}, {}}, rays, rays.t_max, kLanes);
   ASSERT_EQ(crossing_rays.size(), 11u);
   HitLanes met, hits;
   std::uint8_t met_any[kLanes], hidden[kLanes] = {};
