@@ -12,7 +12,7 @@ namespace photond {
 class FewTriangles {
  public:
   /// Instances that lie in the world as their mesh does, of few triangles and opaque: the largest, as many as pay. None
-  /// where most rays would meet the box around the others anyway.
+  /// where too many rays would cross what covers the others anyway.
   static std::vector<std::uint32_t> choose(const Scene& scene);
 
   FewTriangles() = default;

@@ -71,6 +71,16 @@ TEST(FewTriangles, AreTheLargestOpaqueInstancesInPlace) {
   EXPECT_TRUE(FewTriangles::choose(moved).empty());   // what is left fills the scene
 }
 
+TEST(FewTriangles, MayHaveOthersAllAroundThatFillLittle) {
+  Scene scene = test::empty_scene();
+  const auto white = test::add_material(scene, test::lambert(Rgb(0.7f)));
+  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, true), white);
+  for (const float x : {-0.8f, 0.8f}) test::add_mesh(scene, test::sphere({x, x, x}, 0.15f, 16), white);
+  EXPECT_EQ(FewTriangles::choose(test::prepared(scene)->scene), std::vector<std::uint32_t>{0});
+  test::add_mesh(scene, test::sphere({0, 0, 0}, 0.9f, 16), white);
+  EXPECT_TRUE(FewTriangles::choose(test::prepared(scene)->scene).empty());
+}
+
 TEST(FewTriangles, LanesMeetWhatSingleRaysMeet) {
   const auto scene = room();
   Rng rng(1, RngPurpose::pilot, 0, 0);
