@@ -36,10 +36,12 @@ void PhotonCells::grow(std::uint32_t cell) {
 }
 
 void PhotonCells::append(std::span<const Photon> photons) {
+  constexpr std::ptrdiff_t kAhead = 64 / sizeof(Photon);
   for_parts(photons, grid_, 0, [&](const Photon& photon, std::uint32_t part) {
     const std::uint32_t cell = part >> (MortonGrid::kPartBits - MortonGrid::kCubeBits);
     if (next_[cell] == end_[cell]) grow(cell);
     copy(photon, *next_[cell]++);
+    __builtin_prefetch(next_[cell] + kAhead, 1);   // the cell's next line, when others have pushed it out of the cache
   });
   size_ += photons.size();
 }
