@@ -74,22 +74,22 @@ void smooth(Plane& values, const Film& film, int half, const Execution& executio
   });
 }
 
-// The bands of a film, summed over its passes.
+// The bands of a film, means over its passes.
 struct BandPicture {
   using Mean = std::array<Rgb, kBands>;
 
-  ZeroedArray<Mean> mean;            // per pixel
-  Plane energy[kBands];              // squares of it,
-  Plane variance[kBands];            // and how much of them is noise
+  ZeroedArray<Mean> mean;    // per pixel
+  Plane energy[kBands];      // its square,
+  Plane variance[kBands];    // and how much of that is noise
 
   BandPicture(const Film& film, const Execution& execution) : mean(film.bands.size()) {
     for (Plane& plane : energy) plane = Plane(mean.size());
     for (Plane& plane : variance) plane = Plane(mean.size());
-    for_rows(film, execution, [&](std::size_t y) { add_row(film, y); });
+    for_rows(film, execution, [&](std::size_t y) { set_row(film, y); });
   }
 
  private:
-  void add_row(const Film& film, std::size_t y) {
+  void set_row(const Film& film, std::size_t y) {
     constexpr std::size_t kNumbers = 4 * kBands;
     static_assert(sizeof(Film::BandSums) == kNumbers * sizeof(ExactSum));
     const auto width = static_cast<std::size_t>(film.width);
@@ -126,7 +126,7 @@ struct Mixture {
     variance += share * (share + kOverlap * coarser) * noise;
     if (share > 0) variance += kFollow * (1 - share) * noise;
     const float beyond = share == 0 ? kBeyondNone : band == kBands - 1 ? kBeyondLast : 0;
-    const float left = 1 - share + beyond;   // finer bands than one without a share tell nothing but noise
+    const float left = 1 - share + beyond;
     left_out += left * value;
     left_variance += left * (left + kOverlapLeft * (1 - coarser)) * noise;
   }
@@ -157,7 +157,7 @@ Reconstruction reconstruct(const Film& film, const Execution& execution) {
   }
   Plane variance(pixels), left_energy(pixels), left_variance(pixels);
   for_pixels(film, execution, [&](std::size_t i) {
-    Mixture mixture;
+    Mixture mixture;   // finer bands than one without a share tell nothing but noise
     for (int band = 0; band < kBands && mixture.share > 0; ++band) {
       mixture.add(band, bands.mean[i][static_cast<std::size_t>(band)], bands.energy[band][i], bands.variance[band][i]);
     }
