@@ -104,6 +104,27 @@ struct Part {
   }
 };
 
+// From a point of the box's surface, cosine-weighted inwards: lines meet whatever is inside in proportion to its surface.
+Ray line_through(const Bounds3& box, Rng& rng) {
+  const Vec3 e = box.extent();
+  const float faces[] = {e.y * e.z, e.z * e.x, e.x * e.y};   // across x, y and z
+  float u = rng.next() * (faces[0] + faces[1] + faces[2]);
+  int axis = 0;
+  while (axis < 2 && u >= faces[axis]) u -= faces[axis++];
+  const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+  const bool low = rng.next() < 0.5f;
+  const Vec2 place = rng.next2();
+  const Vec3 local = square_to_cosine_hemisphere(rng.next2());
+  Ray line;
+  line.origin[axis] = low ? box.min[axis] : box.max[axis];
+  line.origin[b] = box.min[b] + place.x * e[b];
+  line.origin[c] = box.min[c] + place.y * e[c];
+  line.direction[axis] = low ? local.z : -local.z;
+  line.direction[b] = local.x;
+  line.direction[c] = local.y;
+  return line;
+}
+
 }  // namespace
 
 Cover cover(const Scene& scene, std::span<const std::uint32_t> instances) {
@@ -127,29 +148,11 @@ float crossing_share(const Cover& cover, const Bounds3& world) {
   constexpr std::uint32_t kLines = 4096;
   static_assert(kLines % kLanes == 0);
   Rng rng(0, RngPurpose::pilot, 0, 0);
-  const Vec3 e = world.extent();
-  const float faces[] = {e.y * e.z, e.z * e.x, e.x * e.y};   // across x, y and z
-  const float surface = faces[0] + faces[1] + faces[2];
   std::uint32_t crossing = 0;
   RayLanes lines{};
-  for (std::uint32_t i = 0; i < kLines; ++i) {
-    // From a point of the box's surface, cosine-weighted inwards: equally many through any surface within.
-    float u = rng.next() * surface;
-    int axis = 0;
-    while (axis < 2 && u >= faces[axis]) u -= faces[axis++];
-    const Vec2 v = rng.next2();
-    Vec3 from = world.min;
-    from[(axis + 1) % 3] += v.x * e[(axis + 1) % 3];
-    from[(axis + 2) % 3] += v.y * e[(axis + 2) % 3];
-    const Vec3 local = square_to_cosine_hemisphere(rng.next2());
-    const bool low = rng.next() < 0.5f;
-    if (!low) from[axis] = world.max[axis];
-    Vec3 direction;
-    direction[axis] = low ? local.z : -local.z;
-    direction[(axis + 1) % 3] = local.x;
-    direction[(axis + 2) % 3] = local.y;
-    lines.set(i % kLanes, {from, direction});
-    if (i % kLanes == kLanes - 1) crossing += CrossingRays(cover, lines, lines.t_max, kLanes).size();
+  for (std::uint32_t i = 0; i < kLines; i += kLanes) {
+    for (std::uint32_t k = 0; k < kLanes; ++k) lines.set(k, line_through(world, rng));
+    crossing += CrossingRays(cover, lines, lines.t_max, kLanes).size();
   }
   return static_cast<float>(crossing) / kLines;
 }
