@@ -89,19 +89,24 @@ TEST(ExactSum, IsExactWhereDoublesAreNot) {
   EXPECT_EQ(sum.value(), -0x1p-40);
 }
 
-// Every exponent and both signs, on sums of any bits; and counts that no vector divides.
+// Of any exponent and sign that a sum takes; now and then a zero.
+float any_summand(Rng& rng) {
+  const float largest = std::nextafter(kLargestSummand, 0.0f);
+  const std::uint32_t bits = rng.next_uint();
+  if (bits % 16 == 0) return bits & 16 ? -0.0f : 0.0f;
+  return std::clamp(std::bit_cast<float>(bits & 0x40000000u ? bits & 0xd2ffffffu : bits), -largest, largest);
+}
+
+// On sums of any bits; and counts that no vector divides.
 TEST(ExactSum, ManyAtOnceAreWhatEachIs) {
   constexpr std::size_t kMost = 23;
   Rng rng(3, RngPurpose::pilot, 0, 0);
-  const float largest = std::nextafter(kLargestSummand, 0.0f);
   for (int round = 0; round < 20'000; ++round) {
     const std::size_t count = rng.next_uint() % (kMost + 1);
     std::array<ExactSum, kMost> one, all;
     std::array<float, kMost> x;
     for (std::size_t i = 0; i < kMost; ++i) {
-      const std::uint32_t bits = rng.next_uint();
-      x[i] = std::clamp(std::bit_cast<float>(bits & 0x40000000u ? bits & 0xd2ffffffu : bits), -largest, largest);
-      if (bits % 16 == 0) x[i] = bits & 16 ? -0.0f : 0.0f;
+      x[i] = any_summand(rng);
       for (int word = 0; word < 4; ++word) one[i].bits = one[i].bits << 32 | (rng.next_uint() | (word == round % 5 ? ~0u : 0));
       all[i] = one[i];
     }
@@ -117,15 +122,12 @@ TEST(ExactSum, ManyAtOnceAreWhatEachIs) {
 TEST(ExactSum, ManySquaresAtOnceAreWhatEachIs) {
   constexpr std::size_t kMost = 23;
   Rng rng(4, RngPurpose::pilot, 0, 0);
-  const float largest = std::nextafter(kLargestSummand, 0.0f);
   for (int round = 0; round < 20'000; ++round) {
     const std::size_t count = rng.next_uint() % (kMost + 1);
     std::array<ExactSquareSum, kMost> one, all;
     std::array<float, kMost> x;
     for (std::size_t i = 0; i < kMost; ++i) {
-      const std::uint32_t bits = rng.next_uint();
-      x[i] = std::clamp(std::bit_cast<float>(bits & 0x40000000u ? bits & 0xd2ffffffu : bits), -largest, largest);
-      if (bits % 16 == 0) x[i] = bits & 16 ? -0.0f : 0.0f;
+      x[i] = any_summand(rng);
       // Words that are full now and then: what is added carries through them.
       for (std::size_t word = 0; word < 3; ++word) {
         const std::uint64_t full = rng.next_uint() % 3 == 0 && word < 2 ? ~std::uint64_t{0} : 0;
