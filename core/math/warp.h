@@ -39,6 +39,15 @@ inline Vec2 square_to_disk(const Vec2& u) {
   return {std::copysign(choose(wide > high, along, across), x), std::copysign(choose(wide > high, across, along), y)};
 }
 
+/// Its inverse.
+inline Vec2 disk_to_square(const Vec2& d) {
+  const float wide = std::abs(d.x), high = std::abs(d.y);
+  const float r = std::sqrt(glm::dot(d, d));
+  const float across = r > 0 ? r * std::atan2(std::min(wide, high), std::max(wide, high)) * (4 / kPi) : 0;
+  const Vec2 square = wide > high ? Vec2(r, across) : Vec2(across, r);
+  return 0.5f + 0.5f * Vec2(std::copysign(square.x, d.x), std::copysign(square.y, d.y));
+}
+
 /// Cosine-distributed on the hemisphere z ≥ 0.
 inline Vec3 square_to_cosine_hemisphere(const Vec2& u) {
   const Vec2 d = square_to_disk(u);

@@ -113,7 +113,7 @@ class Shooter {
       begin(walks_[i], k);
     }
     for (const std::uint32_t i : starting) {
-      const bool started = start(walks_[i]);
+      const bool started = start(walks_[i], light[i]);
       live_.add(i, started);
       nothing.add(i, !started);
     }
@@ -134,12 +134,14 @@ class Shooter {
   }
 
   // Begins the walk of an emitted path; false where it carries nothing.
-  bool start(Walk& walk) {
+  bool start(Walk& walk, std::uint32_t light) {
     walk.power = mean(walk.flux);
     walk.depth = 0;
     walk.map = kCaustic;
     walk.medium = {};
-    block_.ledger.emitted += walk.power;
+    const float unsent = walk.power * scene_.lights.unsent(light);
+    block_.ledger.emitted += walk.power + unsent;
+    block_.ledger.escaped += unsent;
     if (std::isfinite(walk.power)) return walk.power > 0;
     block_.ledger.rejected += walk.power;
     return false;

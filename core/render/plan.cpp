@@ -84,10 +84,25 @@ PlanItem choose_method(const Features& features, bool sun, Method& method) {
   return {"method", true, "progressive: " + features.caster + ", and photons find the light behind it"};
 }
 
-PlanItem aim_item(const AimFinding& aim, bool uses_maps) {
+PlanItem domain_item(const DomainFinding& domain, bool uses_maps) {
   char text[160];
-  std::snprintf(text, sizeof text, "%.2g %% of the ordinary paths of a light reach photons' receivers by way of a caster, "
-                "%.2g %% of those aimed at it", 100 * aim.ordinary, 100 * aim.aimed);
+  std::snprintf(text, sizeof text, "%.2g %% of the paths that leave lamps meet a surface; %.2g %% go where they may",
+                100 * domain.meeting, 100 * domain.share);
+  return {"emission_domain", domain.active && uses_maps,
+          !domain.emitters ? "no surface emits light"
+          : !uses_maps     ? "the method stores no photons"
+                           : text};
+}
+
+PlanItem aim_item(const AimFinding& aim, bool uses_maps) {
+  char text[200];
+  if (aim.active) {
+    std::snprintf(text, sizeof text, "%.2g %% of a light's paths are aimed at casters: %.2g %% of these reach photons' "
+                  "receivers by way of one, %.2g %% of the others", 100 * aim.share, 100 * aim.aimed, 100 * aim.ordinary);
+  } else {
+    std::snprintf(text, sizeof text, "%.2g %% of the ordinary paths of a light reach photons' receivers by way of a "
+                  "caster, %.2g %% of those aimed at it", 100 * aim.ordinary, 100 * aim.aimed);
+  }
   return {"aim_map", aim.active && uses_maps,
           !aim.casters   ? "no caster to aim at"
           : !aim.reached ? "no light reaches a receiver by way of a caster"
@@ -151,6 +166,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                                                 : left_to_paths(features.caster, concentrated)});
   if (plan.method == Method::hybrid) plan.items.push_back(shares_item(caustics, scene.lights.extended()));
   plan.items.push_back(gloss_item(scene, plan));
+  plan.items.push_back(domain_item(scene.domain, plan.uses_maps));
   plan.items.push_back(aim_item(scene.aim, plan.uses_maps));
   plan.items.push_back({"volume_absorption", features.absorption,
                         features.absorption ? "a transmitting volume has an attenuation colour"

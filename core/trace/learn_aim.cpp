@@ -7,6 +7,7 @@
 #include "core/trace/casters.h"
 #include "core/trace/gathered.h"
 #include "core/trace/medium.h"
+#include "core/trace/roulette.h"
 #include "core/trace/surface.h"
 
 namespace photond {
@@ -18,16 +19,25 @@ constexpr std::size_t kMaxGroups = 64;
 constexpr std::uint64_t kPilotPaths = 16'384; // of a scene; some ten milliseconds
 constexpr std::uint64_t kMinPaths = 64;       // from a light to a ball
 constexpr std::uint64_t kMaxPaths = 1024;
-constexpr std::uint64_t kFluxPaths = 256;     // that tell what a light emits
-constexpr int kMaxBounces = 16;
+constexpr std::uint64_t kMinOrdinary = 256;   // ordinary paths from a light
+constexpr std::uint64_t kMaxOrdinary = 4096;
+constexpr std::uint32_t kMaxBounces = 16;
 
-// Share of the paths that aim, and by how much more often than others they must bring light by way of a caster. What
-// ordinary paths reach well is not worth the others' loss: where it was 10 times, errors grew by a quarter, where it was
-// 24 times, they neither grew nor fell.
-constexpr float kShare = 0.1f;
-constexpr double kWorthwhile = 32;
+// Paths that bring light by way of a caster so much more often than others are worth a share of all, however much else
+// those bring: errors are greatest where light arrives seldom. Where it was 24 times, errors neither grew nor fell.
+constexpr double kSeldom = 32;
+constexpr double kShare = 0.1;
+// Otherwise a share pays where it makes the variance so much smaller.
+constexpr double kWorthwhile = 1.25;
+constexpr double kMostShare = 0.9;
 
 double mean(const Rgb& c) { return (static_cast<double>(c.x) + c.y + c.z) / 3; }
+
+// What ordinary paths from a light bring.
+struct Ordinary {
+  double flux = 0;       // W that they carry
+  double scattered = 0;  // photons a path leaves where it comes from surfaces that scattered it
+};
 
 // What pilot paths from a light to a ball bring.
 struct Reached {
@@ -46,7 +56,7 @@ struct Pilot {
     Rgb flux = emission.flux;
     Medium medium;
     if (is_black(flux)) return 0;
-    for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
+    for (std::uint32_t bounce = 0; bounce < kMaxBounces; ++bounce) {
       const Hit hit = accel.intersect(ray);
       if (!hit.found()) return 0;
       const SurfacePoint surface = make_surface(scene, ray, hit);
@@ -62,6 +72,27 @@ struct Pilot {
       ray = spawn_ray(surface, sample->wi);
     }
     return 0;
+  }
+
+  // Photons that the path leaves after it has been scattered.
+  double scattered(const EmissionSample& emission, Rng& rng) const {
+    Ray ray = emission.ray;
+    bool has_been = false;
+    double photons = 0;
+    for (std::uint32_t bounce = 0; bounce < kMaxBounces; ++bounce) {
+      const Hit hit = accel.intersect(ray);
+      if (!hit.found()) return photons;
+      const SurfacePoint surface = make_surface(scene, ray, hit);
+      const Bsdf bsdf(scene, surface, -ray.direction);
+      const LobeMask gathered = gathered_lobes(bsdf);
+      photons += has_been && gathered != kNoLobe;
+      const Vec2 u = rng.next2();
+      const auto sample = bsdf.sample({u, rng.next()}, kAllLobes, Transport::flux);
+      if (!sample || rng.next() >= survival_probability(max_component(sample->weight), bounce)) return photons;
+      has_been = has_been || (sample->lobe & gathered) != 0;
+      ray = spawn_ray(surface, sample->wi);
+    }
+    return photons;
   }
 
   // A light of the group in proportion to its chance; `chance`: of all of them.
@@ -88,10 +119,14 @@ struct Pilot {
     }
   }
 
-  double flux(const LightGroup& group, std::uint64_t stream) const {
-    double sum = 0;
-    emit(group, Aim(), stream, kFluxPaths,
-         [&](const EmissionSample& sample, Rng&, double factor) { sum += factor * mean(sample.flux); });
+  Ordinary ordinary(const LightGroup& group, std::uint64_t stream, std::uint64_t paths) const {
+    Ordinary sum;
+    double photons = 1;   // one more than are seen: what none of these paths finds may be there, too
+    emit(group, Aim(), stream, paths, [&](const EmissionSample& sample, Rng& rng, double factor) {
+      sum.flux += factor * mean(sample.flux);
+      photons += scattered(sample, rng);
+    });
+    sum.scattered = photons / static_cast<double>(paths);
     return sum;
   }
 
@@ -122,16 +157,33 @@ std::vector<LightGroup> pilot_groups(const Lights& lights) {
   return groups;
 }
 
-// The balls that ordinary emission reaches most seldom for what they are worth, as long as all of them together still
-// are: weights of the balls, and what ordinary and aimed paths bring of them.
+// Balls to aim at: their weights, what ordinary and aimed paths bring by way of them, and the share of paths that aims.
 struct Choice {
   std::vector<double> weights;
   double ordinary = 0;
   double aimed = 0;
+  double share = 0;
   double gain() const { return ordinary > 0 ? aimed / ordinary : 0; }
 };
 
-Choice choose_balls(std::span<const Reached> reached, double flux) {
+// Variance of an estimate of what comes by way of the balls and of what is scattered elsewhere, both from so many
+// photons as the share leaves, in units of that of one photon.
+double variance(const Choice& choice, double scattered) {
+  const double reached = choice.ordinary + (choice.aimed - choice.ordinary) * choice.share;
+  return choice.ordinary * choice.ordinary / reached + scattered / (1 - choice.share);
+}
+
+// The share for which that is least.
+double best_share(const Choice& choice, double scattered) {
+  const double more = choice.aimed - choice.ordinary;
+  if (!(more > 0)) return 0;
+  const double k = std::sqrt(scattered / more) / choice.ordinary;
+  return std::clamp((1 - k * choice.ordinary) / (1 + k * more), 0.0, kMostShare);
+}
+
+// The balls that ordinary emission reaches most seldom for what they are worth: as many as leave the least variance, but
+// rather as many as it reaches very seldom, if any.
+Choice choose_balls(std::span<const Reached> reached, const Ordinary& paths) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < reached.size(); ++i) {
     if (reached[i].flux > 0) order.push_back(i);
@@ -140,7 +192,8 @@ Choice choose_balls(std::span<const Reached> reached, double flux) {
     const double x = reached[a].flux * reached[b].share, y = reached[b].flux * reached[a].share;
     return x != y ? x < y : a < b;
   });
-  Choice best;
+  Choice best, seldom;
+  double most_saved = 0;
   std::vector<double> weights(reached.size(), 0);
   double ordinary = 0, aimed = 0, sum = 0;
   for (const std::size_t i : order) {
@@ -148,11 +201,20 @@ Choice choose_balls(std::span<const Reached> reached, double flux) {
     weights[i] = std::sqrt(reached[i].flux);
     sum += weights[i];
     aimed += weights[i] * reached[i].share;
-    ordinary += std::min(reached[i].flux / flux, 1.0);
-    const Choice choice{weights, ordinary, aimed / sum};
-    if (best.ordinary == 0 || choice.gain() >= kWorthwhile) best = choice;
+    ordinary += std::min(reached[i].flux / paths.flux, 1.0);
+    Choice choice{weights, ordinary, aimed / sum, 0};
+    const double all = variance(choice, paths.scattered);
+    choice.share = best_share(choice, paths.scattered);
+    const double left = variance(choice, paths.scattered);
+    if (all < kWorthwhile * left) choice.share = 0;
+    if (best.ordinary == 0 || (choice.share > 0 && all - left > most_saved)) {
+      best = choice;
+      most_saved = choice.share > 0 ? all - left : 0;
+    }
+    choice.share = std::max(choice.share, kShare);
+    if (choice.gain() >= kSeldom) seldom = choice;
   }
-  return best;
+  return seldom.ordinary > 0 ? seldom : best;
 }
 
 }  // namespace
@@ -167,29 +229,35 @@ AimFinding learn_aim(const Scene& scene, const Accel& accel, Lights& lights, con
   const std::size_t pairs = groups.size() * balls.size();
   const std::uint64_t paths = std::clamp(kPilotPaths / pairs, kMinPaths, kMaxPaths);
   const Pilot pilot{scene, accel, lights};
+  const std::uint64_t ordinary_paths = std::clamp(kPilotPaths / groups.size(), kMinOrdinary, kMaxOrdinary);
   std::vector<Reached> reached(pairs);
   parallel_for(execution, pairs, 1, [&](std::size_t i) {
     reached[i] = pilot.reach(groups[i / balls.size()], balls[i % balls.size()], i, paths);
   });
-  double best = 0;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
+  std::vector<Choice> choices(groups.size());
+  parallel_for(execution, groups.size(), 1, [&](std::size_t g) {
     const auto of_group = std::span(reached).subspan(g * balls.size(), balls.size());
-    const Choice choice = choose_balls(of_group, pilot.flux(groups[g], pairs + g));
-    if (!(choice.ordinary > 0)) continue;
-    finding.reached = true;
-    if (choice.gain() > best) {
-      best = choice.gain();
-      finding.ordinary = choice.ordinary;
-      finding.aimed = choice.aimed;
-    }
-    if (choice.gain() < kWorthwhile) continue;
+    if (std::ranges::all_of(of_group, [](const Reached& r) { return !(r.flux > 0); })) return;
+    choices[g] = choose_balls(of_group, pilot.ordinary(groups[g], pairs + g, ordinary_paths));
+  });
+  const Choice* best = &choices.front();
+  for (const Choice& choice : choices) {
+    if (std::pair(choice.share > 0, choice.gain()) > std::pair(best->share > 0, best->gain())) best = &choice;
+  }
+  finding.reached = best->ordinary > 0;
+  finding.ordinary = best->ordinary;
+  finding.aimed = best->aimed;
+  finding.share = best->share;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const Choice& choice = choices[g];
+    if (!(choice.share > 0)) continue;
     finding.active = true;
     std::vector<Ball> aims;
     std::vector<double> weights;
     for (std::size_t b = 0; b < balls.size(); ++b) {
       if (choice.weights[b] > 0) aims.push_back(balls[b]), weights.push_back(choice.weights[b]);
     }
-    lights.set_aim(groups[g], Aim(aims, weights, kShare));
+    lights.set_aim(groups[g], Aim(aims, weights, static_cast<float>(choice.share)));
   }
   return finding;
 }

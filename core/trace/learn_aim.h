@@ -13,6 +13,7 @@ struct AimFinding {
   bool active = false;       ///< some lights aim
   double ordinary = 0;       ///< share of the paths of such a light (of the best, where none is active) that do so
   double aimed = 0;          ///< the same of the paths that aim
+  double share = 0;          ///< of its paths that aim
 };
 
 /// Lets lights aim at glass and polished metal where ordinary emission seldom reaches it: a fixed number of pilot

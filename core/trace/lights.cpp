@@ -68,12 +68,27 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
   for (double& power : powers_) {
     power = total_power_ > 0 ? (1 - kFloor) * power / total_power_ + floor : floor;
   }
-  choice_ = AliasTable(powers_);
+  emission_choice_ = choice_ = AliasTable(powers_);
   powers_ = {};
-  for (std::size_t i = 0; i < emitters_.size(); ++i) {
-    const float sides = scene.materials[emitters_[i].material].double_sided ? 2 : 1;
-    emitters_[i].etendue = sides * kPi * emitters_[i].area / choice_.pdf(i);
+  set_etendues(scene);
+}
+
+void Lights::set_etendues(const Scene& scene) {
+  for (std::uint32_t i = 0; i < emitters_.size(); ++i) {
+    const bool double_sided = scene.materials[emitters_[i].material].double_sided;
+    const float sides = double_sided ? 2 : 1;
+    emitters_[i].etendue = sides * kPi * emitters_[i].area * domain_of(i, double_sided).share() / emission_choice_.pdf(i);
   }
+}
+
+void Lights::set_domains(const Scene& scene, std::vector<EmissionDomain> domains) {
+  domains_ = std::move(domains);
+  std::vector<double> chances(lights_.size());
+  for (std::uint32_t i = 0; i < lights_.size(); ++i) {
+    chances[i] = static_cast<double>(choice_.pdf(i)) * static_cast<double>(i < domains_.size() ? domains_[i].share() : 1);
+  }
+  emission_choice_ = AliasTable(chances);
+  set_etendues(scene);
 }
 
 void Lights::add(const Light& light, double power) {
@@ -126,7 +141,7 @@ double Lights::triangle_power(const Scene& scene, std::uint32_t light) const {
   const EmitterTriangle& emitter = emitters_[light];
   if (!(emitter.etendue > 0)) return 0;
   const float cosine = std::abs(glm::dot(emitter.normal, direction));
-  const float ordinary = cosine * emitter.area / (choice_.pdf(light) * emitter.etendue);
+  const float ordinary = cosine * emitter.area / (emission_choice_.pdf(light) * emitter.etendue);
   const float pdf_w = (1 - aim.share()) * ordinary + aim.share() * aim.pdf_w(point, direction, drawn);
   return emitter.etendue * (pdf_w > 0 ? ordinary / pdf_w : 1 / (1 - aim.share()));
 }
@@ -140,8 +155,9 @@ float Lights::etendue(const SurfacePoint& s, const Vec3& direction) const {
 
 float Lights::environment_etendue(float pdf, const Vec3& point, const Vec3& from) const {
   if (!(pdf > 0) || !environment_casts_) return kInfinity;
-  const Aim& aim = aim_of(static_cast<std::uint32_t>(environment_));
-  return 1 / (pdf * line_pdf(point, from, aim, Aim::kNone));
+  const auto light = static_cast<std::uint32_t>(environment_);
+  const float emitted = pdf * (emission_choice_.pdf(light) / choice_.pdf(light));
+  return 1 / (emitted * line_pdf(point, from, aim_of(light), Aim::kNone));
 }
 
 // Density, per area across them, of the lines along `direction` that are emitted: through the disc that the scene's
@@ -159,7 +175,7 @@ double Lights::casting_share() const {
   if (lights_.empty()) return 0;
   const bool left_out = environment_ >= 0 && !environment_casts_;
   if (left_out && lights_.size() == 1) return 0;
-  return left_out ? 1 - static_cast<double>(choice_.pdf(static_cast<std::size_t>(environment_))) : 1;
+  return left_out ? 1 - static_cast<double>(emission_choice_.pdf(static_cast<std::size_t>(environment_))) : 1;
 }
 
 std::vector<LightGroup> Lights::groups() const {

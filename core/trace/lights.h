@@ -9,6 +9,7 @@
 #include "core/math/rng.h"
 #include "core/scene/scene.h"
 #include "core/trace/aim.h"
+#include "core/trace/emission_domain.h"
 #include "core/trace/surface.h"
 
 namespace photond {
@@ -149,7 +150,7 @@ class Lights {
   }
 
   /// The same in two steps: which light, for u in [0, 1), and the path that leaves it.
-  std::uint32_t choose(float u) const { return choice_.sample(u); }
+  std::uint32_t choose(float u) const { return emission_choice_.sample(u); }
   /// The same among lights whose caustics photons carry. Not where casting_share() is 0.
   std::uint32_t choose_casting(Rng& rng) const;
   /// Probability with which `choose` returns one of those.
@@ -162,9 +163,16 @@ class Lights {
 
   std::vector<LightGroup> groups() const;
   /// Probability with which `choose` returns the light.
-  float probability(std::uint32_t light) const { return choice_.pdf(light); }
+  float probability(std::uint32_t light) const { return emission_choice_.pdf(light); }
   /// From now on the group's paths are emitted with that aim.
   void set_aim(const LightGroup& group, Aim aim);
+
+  /// The emissive triangles, which are the first of the lights.
+  std::span<const EmitterTriangle> emitters() const { return emitters_; }
+  /// From now on paths leave emissive triangles from within these domains, one for each.
+  void set_domains(const Scene& scene, std::vector<EmissionDomain> domains);
+  /// What a path that leaves the light stands for beside what it carries, in terms of that: light that meets nothing.
+  float unsent(std::uint32_t light) const { return light < domains_.size() ? 1 / domains_[light].share() - 1 : 0; }
 
   /// Asks the cache for a light.
   void prefetch(std::uint32_t light) const {
@@ -187,11 +195,13 @@ class Lights {
   // its front or back.
   Rgb emission_share(const Scene& scene, std::uint32_t index, const Vec2& uv) const;
   Rgb emitted(const Scene& scene, std::uint32_t index, const Vec2& uv, bool front) const;
+  void set_etendues(const Scene& scene);
   double triangle_power(const Scene& scene, std::uint32_t light) const;
   DirectSample sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const;
   const Aim& aim_of(std::uint32_t light) const { return aims_[aim_of_.empty() ? 0 : aim_of_[light]]; }
   EmissionSample emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const;
   EmissionSample emit_point(const PunctualLight& light, float choice, const Aim& aim, Rng& rng) const;
+  const EmissionDomain& domain_of(std::uint32_t light, bool double_sided) const;
   Ray ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, float& pdf_a) const;
   float triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
                          std::uint32_t drawn) const;
@@ -202,7 +212,9 @@ class Lights {
   std::vector<Light> lights_;                     // triangles first
   std::vector<EmitterTriangle> emitters_;         // one for each of the triangles among lights_
   std::vector<double> powers_;
-  AliasTable choice_;
+  AliasTable choice_;                             // for light that is sampled from where it arrives
+  AliasTable emission_choice_;                    // for paths that leave lights
+  std::vector<EmissionDomain> domains_;           // for each emitter; empty where all are whole
   std::vector<std::uint32_t> first_of_instance_;  // index of the light of an emissive instance's first triangle
   std::int64_t environment_ = -1;                 // index into lights_
   bool environment_casts_ = false;
@@ -218,6 +230,11 @@ class Lights {
   if (!front && !material.double_sided) return Rgb(0);
   if (material.shines_evenly()) return material.emission;
   return material.emission * emission_share(scene, index, uv);
+}
+
+inline const EmissionDomain& Lights::domain_of(std::uint32_t light, bool double_sided) const {
+  static const EmissionDomain kWhole[2] = {EmissionDomain(1), EmissionDomain(2)};
+  return domains_.empty() ? kWhole[double_sided] : domains_[light];
 }
 
 [[gnu::always_inline]] inline float Lights::triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction,

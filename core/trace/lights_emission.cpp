@@ -7,24 +7,31 @@ namespace photond {
 
 EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const {
   const EmitterTriangle& emitter = emitters_[light];
-  const bool aims = aim.draw(rng);
-  const Vec2 uv = square_to_triangle(rng.next2());
-  const Vec3 position = emitter.at(uv);
+  const EmissionDomain& domain = domain_of(light, scene.materials[emitter.material].double_sided);
   std::uint32_t drawn = Aim::kNone;
+  EmissionStart start;
   Vec3 direction;
-  bool front = true;
+  const bool aims = aim.draw(rng);
   if (aims) {
+    start.place = rng.next2();
     drawn = aim.choose(rng.next());
-    direction = aim.direction(position, drawn, rng.next2());
-    front = glm::dot(direction, emitter.normal) > 0;
+    direction = aim.direction(emitter.at(square_to_triangle(start.place)), drawn, rng.next2());
+    start.back = !(glm::dot(direction, emitter.normal) > 0);
   } else {
-    const Vec3 local = square_to_cosine_hemisphere(rng.next2());
-    if (scene.materials[emitter.material].double_sided) front = rng.next() < 0.5f;
-    direction = Frame(front ? emitter.normal : -emitter.normal).to_world(local);
+    start = domain.draw(rng);
+  }
+  const Frame side(start.back ? -emitter.normal : emitter.normal);
+  const Vec2 uv = square_to_triangle(start.place);
+  const Vec3 position = emitter.at(uv);
+  if (aims) {
+    start.direction = disk_to_square(Vec2(side.to_local(direction)));
+    if (!domain.contains(start)) return {{position, direction}};   // beside everything that is there
+  } else {
+    direction = side.to_world(square_to_cosine_hemisphere(start.direction));
   }
   const float etendue = triangle_etendue(light, position, direction, aim, drawn);
   const Ray ray{spawn_point(position, emitter.normal, emitter.extent, direction), direction};
-  return {ray, emitted(scene, light, uv, front) * etendue, etendue};
+  return {ray, emitted(scene, light, uv, !start.back) * etendue, etendue};
 }
 
 bool Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k,
@@ -39,9 +46,12 @@ bool Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, s
   lanes.origin.set(k, emitter.origin);
   lanes.ab.set(k, emitter.ab);
   lanes.ac.set(k, emitter.ac);
-  for (auto& random : lanes.random) random[k] = rng.next();
-  const float side = material.double_sided && rng.next() >= 0.5f ? -1.0f : 1.0f;
-  lanes.normal.set(k, side * emitter.normal);
+  const EmissionStart start = domain_of(light, material.double_sided).draw(rng);
+  lanes.random[0][k] = start.place.x;
+  lanes.random[1][k] = start.place.y;
+  lanes.random[2][k] = start.direction.x;
+  lanes.random[3][k] = start.direction.y;
+  lanes.normal.set(k, start.back ? -emitter.normal : emitter.normal);
   lanes.extent[k] = emitter.extent;
   lanes.flux.set(k, material.emission * emitter.etendue);
   lanes.etendue[k] = emitter.etendue;
@@ -109,7 +119,7 @@ EmissionSample Lights::emit_point(const PunctualLight& light, float choice, cons
 EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, const Aim& aim, Rng& rng) const {
   if (index < emitters_.size()) return emit_triangle(scene, index, aim, rng);
   const Light& light = lights_[index];
-  const float choice = choice_.pdf(index);
+  const float choice = emission_choice_.pdf(index);
   float pdf_a = 0;
   if (light.kind == Light::Kind::environment) {
     const EnvironmentSample from = scene.environment.sample(rng.next2());

@@ -161,6 +161,7 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
                             : execution.arena->execute([&] { return Accel::build(prepared->scene); });
   if (!accel) return accel.error();
   prepared->accel = std::move(accel).value();
+  prepared->domain = find_domains(prepared->scene, prepared->bounds, prepared->accel, prepared->lights, execution);
   prepared->aim = learn_aim(prepared->scene, prepared->accel, prepared->lights, execution);
   prepared->memory_bytes = scene_bytes(prepared->scene) + prepared->accel.memory_bytes();
   if (execution.cancelled()) return cancelled();

@@ -8,6 +8,7 @@
 #include "core/base/result.h"
 #include "core/scene/scene.h"
 #include "core/trace/accel.h"
+#include "core/trace/find_domains.h"
 #include "core/trace/learn_aim.h"
 #include "core/trace/lights.h"
 #include "core/trace/placed_mesh.h"
@@ -22,6 +23,7 @@ struct PreparedScene {
   Bounds3 bounds;
   Accel accel;
   Lights lights;
+  DomainFinding domain;              ///< whereto emissive triangles send paths, and why
   AimFinding aim;                    ///< what the lights aim at, and why
   bool shares_gloss = false;         ///< whether photons that come by way of a caster are stored on gloss
   std::vector<PlacedMesh> placed;    ///< for each instance, and none

@@ -73,7 +73,7 @@ TEST(HardCase, BitsOfPasses36) {
   }
 }
 
-// Photons that hit with probability p (a form factor). With N paths fixed, hits/N has the mean p. Stopped at
+// Photons that hit with probability p: a form factor, over the share of all paths that are emitted. With N paths fixed, hits/N has the mean p. Stopped at
 // the n-th hit, n/N is too large, and only (n − 1)/(N − 1) has the mean p [Haldane 1945].
 TEST(HardCase, StoppingRules37) {
   HardCase c(37, "rules to stop emission, n = 5 hits");
@@ -83,7 +83,7 @@ TEST(HardCase, StoppingRules37) {
   const auto room = prepared(std::move(scene));
   const double x = std::sqrt(2.0);
   const double p =
-      2 / std::numbers::pi * (0.5 * std::log(4.0 / 3) + 2 * x * std::atan(1 / x) - 2 * std::atan(1.0));
+      2 / std::numbers::pi * (0.5 * std::log(4.0 / 3) + 2 * x * std::atan(1 / x) - 2 * std::atan(1.0)) / room->domain.share;
   // E[n/N] by the negative binomial distribution.
   constexpr int kHits = 5;
   double term = std::pow(p, kHits), wrong = 0;  // C(N − 1, n − 1) pⁿ (1 − p)^{N − n}

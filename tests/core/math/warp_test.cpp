@@ -66,6 +66,27 @@ TEST(Warp, DiskIsUniform) {
             kSignificance);
 }
 
+TEST(Warp, DiskToSquareIsTheInverse) {
+  Rng rng(1, RngPurpose::pilot, 0, 0);
+  for (int i = 0; i < 10'000; ++i) {
+    const Vec2 u = rng.next2();
+    EXPECT_LT(glm::distance(disk_to_square(square_to_disk(u)), u), 1e-6f);
+  }
+  EXPECT_EQ(disk_to_square(Vec2(0)), Vec2(0.5f));
+}
+
+// What MarkedSquare counts on.
+TEST(Warp, NeighboursOnTheDiskAreNeighboursInTheSquare) {
+  Rng rng(2, RngPurpose::pilot, 0, 0);
+  float most = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const Vec2 a = square_to_disk(rng.next2()), b = a + 0.01f * (2.0f * rng.next2() - 1.0f);
+    if (glm::dot(b, b) <= 1) most = std::max(most, glm::distance(disk_to_square(a), disk_to_square(b)) / glm::distance(a, b));
+  }
+  EXPECT_LT(most, 0.885f);
+  EXPECT_GT(most, 0.85f);
+}
+
 TEST(Warp, TriangleIsUniform) {
   EXPECT_GT(chi2_square([](Rng& rng) { return square_to_triangle(rng.next2()); },
                         [](double x, double y) { return x > 0 && y > 0 && x + y < 1; }, 0.5),

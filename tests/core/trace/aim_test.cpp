@@ -149,20 +149,21 @@ std::vector<std::pair<std::string, Scene>> lit_scenes() {
   return scenes;
 }
 
-// Flux per emitted path into parts of the scene: all of it, that through the glass, through a ring around it, and
+// Flux per emitted path into parts of the scene: all of it, with what is not sent, that through the glass, through a ring around it, and
 // through quarters of the place.
 std::vector<Sample> fluxes(const PreparedScene& scene, const Lights& lights, std::uint64_t seed) {
   std::vector<Sample> flux(7);
   for (std::uint64_t i = 0; i < 200'000; ++i) {
     Rng rng(seed, RngPurpose::photon, 0, i);
-    const EmissionSample s = lights.sample_emission(scene.scene, rng);
+    const std::uint32_t light = lights.choose(rng.next());
+    const EmissionSample s = lights.sample_emission(scene.scene, light, rng);
     const double power = static_cast<double>(s.flux.x);
     const Vec3 to_glass = Vec3(1, 0.3f, 2) - s.ray.origin;
     const float beside = glm::dot(to_glass, s.ray.direction) > 0 ? glm::length(glm::cross(to_glass, s.ray.direction)) : 1;
     const float t = -s.ray.origin.y / s.ray.direction.y;
     const Vec3 floor = s.ray.origin + t * s.ray.direction;
     const bool on_floor = t > 0 && std::abs(floor.x) < 10 && std::abs(floor.z) < 10;
-    flux[0].add(power);
+    flux[0].add(power * (1 + static_cast<double>(lights.unsent(light))));
     flux[1].add(beside < 0.1f ? power : 0);
     flux[2].add(beside >= 0.1f && beside < 0.3f ? power : 0);
     for (std::size_t q = 0; q < 4; ++q) {
