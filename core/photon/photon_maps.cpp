@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <map>
 #include <mutex>
 
@@ -70,7 +71,8 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
     auto plain = build_photon_maps(scene, {key.scene, key.settings, 0}, execution);
     return plain ? add_irradiance(scene, key, *std::move(plain), execution) : plain;
   }
-  const std::uint64_t paths = key.settings.photons_per_pass;
+  const double asked = key.settings.photons_per_pass;
+  const auto paths = static_cast<std::uint64_t>(std::ceil(asked * scene.directed_share));
   const std::uint64_t blocks = (paths + kBlock - 1) / kBlock;
   Harvest harvest(scene.bounds);
   std::atomic<std::uint64_t> next = 0;

@@ -53,8 +53,8 @@ struct PhotonMaps {
   std::uint64_t memory_bytes = 0;
 };
 
-/// Emits `key.settings.photons_per_pass` paths and indexes what they leave. A pure function of scene and key:
-/// the bits do not depend on the execution. Errors: cancelled.
+/// Emits `key.settings.photons_per_pass` paths, or the scene's `directed_share` of them, and indexes what they leave.
+/// A pure function of scene and key: the bits do not depend on the execution. Errors: cancelled.
 Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene& scene, const MapKey& key,
                                                             const Execution& execution);
 

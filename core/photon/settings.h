@@ -14,7 +14,8 @@ enum class PhotonSet : std::uint8_t {
 
 /// Exactly what changes a photon map beside the scene; part of its cache key.
 struct PhotonSettings {
-  std::uint32_t photons_per_pass = 262'144;  ///< paths emitted, 1 … 100'000'000
+  /// Paths emitted, 1 … 100'000'000; fewer where they are directed (PreparedScene::directed_share).
+  std::uint32_t photons_per_pass = 262'144;
   std::uint64_t seed = 0;
   auto operator<=>(const PhotonSettings&) const = default;
 };

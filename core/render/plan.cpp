@@ -94,6 +94,13 @@ PlanItem domain_item(const DomainFinding& domain, bool uses_maps) {
                            : text};
 }
 
+PlanItem paths_item(double share, bool uses_maps) {
+  char text[120];
+  std::snprintf(text, sizeof text, "since paths are directed, %.2g %% as many are traced in a pass", 100 * share);
+  return {"fewer_paths", share < 1 && uses_maps,
+          !uses_maps ? "the method stores no photons" : share < 1 ? text : "paths leave lights in all directions"};
+}
+
 PlanItem aim_item(const AimFinding& aim, bool uses_maps) {
   char text[200];
   if (aim.active) {
@@ -168,6 +175,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
   plan.items.push_back(gloss_item(scene, plan));
   plan.items.push_back(domain_item(scene.domain, plan.uses_maps));
   plan.items.push_back(aim_item(scene.aim, plan.uses_maps));
+  plan.items.push_back(paths_item(scene.directed_share, plan.uses_maps));
   plan.items.push_back({"volume_absorption", features.absorption,
                         features.absorption ? "a transmitting volume has an attenuation colour"
                                             : "no volume absorbs light"});

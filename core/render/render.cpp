@@ -78,9 +78,9 @@ Status choose_by_pilot(RenderTask& task, const Execution& execution) {
   RadianceSettings paths = radiance_settings(task, 0, &pilot);
   paths.technique = hybrid->uses_maps ? Technique::merge : Technique::trace;
   const float aspect = static_cast<float>(task.settings.width) / static_cast<float>(task.settings.height);
-  const double paths_of_pass = task.photons.photons_per_pass / pilot.emitted;
-  const double shoot = static_cast<double>(pilot.rays) * paths_of_pass;
-  const double shoot_caustic = hybrid->uses_maps ? static_cast<double>(pilot.caustic_rays) * paths_of_pass : 0;
+  const auto of_pass = static_cast<double>(pilot_share(task.photons));
+  const double shoot = static_cast<double>(pilot.rays) / of_pass;
+  const double shoot_caustic = hybrid->uses_maps ? static_cast<double>(pilot.caustic_rays) / of_pass : 0;
   const double pixels = static_cast<double>(task.settings.width) * task.settings.height;
   const double gathers = kRaysOfGather * pixels;
   const double others = hybrid->uses_maps ? gathers : kRaysOfPath * pixels;

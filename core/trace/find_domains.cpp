@@ -98,7 +98,9 @@ DomainFinding find_domains(const Scene& scene, const Bounds3& bounds, const Acce
   }
   finding.share = share / chance;
   finding.active = finding.share <= kMostShare;
-  if (finding.active) lights.set_domains(scene, std::move(domains));
+  if (!finding.active) return finding;
+  finding.effort = 1 - chance + share;
+  lights.set_domains(scene, std::move(domains));
   return finding;
 }
 

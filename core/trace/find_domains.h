@@ -13,6 +13,7 @@ struct DomainFinding {
   bool active = false;       ///< paths are emitted only to where they may
   double meeting = 1;        ///< share of pilot paths
   double share = 1;          ///< of what could be emitted, that is; where `meeting` is small enough to look
+  double effort = 1;         ///< paths, of all lights, that are as good as one that may leave whereto ever
 };
 
 /// Lets paths leave emissive triangles only from where and whereto they may meet a surface, where much of the light goes

@@ -95,6 +95,13 @@ struct Pilot {
     return photons;
   }
 
+  // Probability with which a path leaves a light of the group.
+  double chance(const LightGroup& group) const {
+    double sum = 0;
+    for (std::uint32_t i = 0; i < group.count; ++i) sum += static_cast<double>(lights.probability(group.first + i));
+    return sum;
+  }
+
   // A light of the group in proportion to its chance; `chance`: of all of them.
   std::uint32_t choose(const LightGroup& group, double chance, double u) const {
     double left = u * chance;
@@ -108,8 +115,7 @@ struct Pilot {
   // Mean of `value` over paths of the group that have the aim, as flux in W.
   template <class Value>
   void emit(const LightGroup& group, const Aim& aim, std::uint64_t stream, std::uint64_t paths, const Value& value) const {
-    double chance = 0;
-    for (std::uint32_t i = 0; i < group.count; ++i) chance += static_cast<double>(lights.probability(group.first + i));
+    const double chance = this->chance(group);
     const RngKey key(0, RngPurpose::pilot, stream);
     for (std::uint64_t i = 0; i < paths; ++i) {
       Rng rng(key, i);
@@ -144,15 +150,9 @@ struct Pilot {
 };
 
 // The strongest groups.
-std::vector<LightGroup> pilot_groups(const Lights& lights) {
-  std::vector<LightGroup> groups = lights.groups();
-  const auto chance = [&](const LightGroup& group) {
-    double sum = 0;
-    for (std::uint32_t i = 0; i < group.count; ++i) sum += static_cast<double>(lights.probability(group.first + i));
-    return sum;
-  };
-  std::stable_sort(groups.begin(), groups.end(),
-                   [&](const LightGroup& a, const LightGroup& b) { return chance(a) > chance(b); });
+std::vector<LightGroup> pilot_groups(const Pilot& pilot) {
+  std::vector<LightGroup> groups = pilot.lights.groups();
+  std::ranges::stable_sort(groups, std::ranges::greater{}, [&](const LightGroup& group) { return pilot.chance(group); });
   if (groups.size() > kMaxGroups) groups.resize(kMaxGroups);
   return groups;
 }
@@ -163,6 +163,7 @@ struct Choice {
   double ordinary = 0;
   double aimed = 0;
   double share = 0;
+  double effort = 1;        // as AimFinding's
   double gain() const { return ordinary > 0 ? aimed / ordinary : 0; }
 };
 
@@ -206,7 +207,8 @@ Choice choose_balls(std::span<const Reached> reached, const Ordinary& paths) {
     const double all = variance(choice, paths.scattered);
     choice.share = best_share(choice, paths.scattered);
     const double left = variance(choice, paths.scattered);
-    if (all < kWorthwhile * left) choice.share = 0;
+    choice.effort = left / all;
+    if (all < kWorthwhile * left) choice.share = 0, choice.effort = 1;
     if (best.ordinary == 0 || (choice.share > 0 && all - left > most_saved)) {
       best = choice;
       most_saved = choice.share > 0 ? all - left : 0;
@@ -225,10 +227,10 @@ AimFinding learn_aim(const Scene& scene, const Accel& accel, Lights& lights, con
   const std::vector<Ball> balls = caster_balls(scene, kMaxBalls);
   finding.casters = !balls.empty();
   if (balls.empty()) return finding;
-  const std::vector<LightGroup> groups = pilot_groups(lights);
+  const Pilot pilot{scene, accel, lights};
+  const std::vector<LightGroup> groups = pilot_groups(pilot);
   const std::size_t pairs = groups.size() * balls.size();
   const std::uint64_t paths = std::clamp(kPilotPaths / pairs, kMinPaths, kMaxPaths);
-  const Pilot pilot{scene, accel, lights};
   const std::uint64_t ordinary_paths = std::clamp(kPilotPaths / groups.size(), kMinOrdinary, kMaxOrdinary);
   std::vector<Reached> reached(pairs);
   parallel_for(execution, pairs, 1, [&](std::size_t i) {
@@ -252,6 +254,7 @@ AimFinding learn_aim(const Scene& scene, const Accel& accel, Lights& lights, con
     const Choice& choice = choices[g];
     if (!(choice.share > 0)) continue;
     finding.active = true;
+    finding.effort -= pilot.chance(groups[g]) * (1 - choice.effort);
     std::vector<Ball> aims;
     std::vector<double> weights;
     for (std::size_t b = 0; b < balls.size(); ++b) {

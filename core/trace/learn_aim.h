@@ -14,6 +14,7 @@ struct AimFinding {
   double ordinary = 0;       ///< share of the paths of such a light (of the best, where none is active) that do so
   double aimed = 0;          ///< the same of the paths that aim
   double share = 0;          ///< of its paths that aim
+  double effort = 1;         ///< paths, of all lights, that leave as little noise as one where none aims
 };
 
 /// Lets lights aim at glass and polished metal where ordinary emission seldom reaches it: a fixed number of pilot

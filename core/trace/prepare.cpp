@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 #include <string>
 
@@ -163,6 +164,8 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
   prepared->accel = std::move(accel).value();
   prepared->domain = find_domains(prepared->scene, prepared->bounds, prepared->accel, prepared->lights, execution);
   prepared->aim = learn_aim(prepared->scene, prepared->accel, prepared->lights, execution);
+  // By the root: pictures profit by less noise, and by more passes in the same time.
+  prepared->directed_share = std::sqrt(prepared->domain.effort * prepared->aim.effort);
   prepared->memory_bytes = scene_bytes(prepared->scene) + prepared->accel.memory_bytes();
   if (execution.cancelled()) return cancelled();
   return std::shared_ptr<const PreparedScene>(std::move(prepared));

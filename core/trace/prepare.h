@@ -25,6 +25,8 @@ struct PreparedScene {
   Lights lights;
   DomainFinding domain;              ///< whereto emissive triangles send paths, and why
   AimFinding aim;                    ///< what the lights aim at, and why
+  /// Where paths are directed, each is worth more: so many are traced of those that would leave lights in all directions.
+  double directed_share = 1;
   bool shares_gloss = false;         ///< whether photons that come by way of a caster are stored on gloss
   std::vector<PlacedMesh> placed;    ///< for each instance, and none
   std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each

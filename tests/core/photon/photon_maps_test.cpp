@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/photon/radius.h"
 #include "core/photon/shoot.h"
 #include "tests/support/scenes.h"
@@ -25,6 +27,52 @@ TEST(PhotonMaps, EmitsThePowerOfTheLights) {
     emitted.add((*build_photon_maps(*scene, key(5000, pass), test::workers().execution()))->ledger.emitted);
   }
   EXPECT_TRUE(test::agrees(emitted, scene->lights.total_power())) << emitted.mean << " " << scene->lights.total_power();
+}
+
+// A mirror on a floor in the open, or in a black box, where all paths meet something.
+std::shared_ptr<const PreparedScene> mirror_on_floor(bool in_box) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::parallelogram({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}),
+                 test::add_material(scene, test::lambert(Rgb(0.5f))));
+  test::add_mesh(scene, test::sphere({0, 0.9f, 0}, 0.8f), test::add_material(scene, test::mirror(Rgb(0.9f))));
+  test::add_mesh(scene, test::parallelogram({2, 4, 1}, {0.4f, 0, 0}, {0, 0.1f, 0.4f}),
+                 test::add_material(scene, test::emitter(Rgb(10))));
+  if (in_box) test::add_mesh(scene, test::box({-20, -20, -20}, {20, 20, 20}, true), test::add_material(scene, test::lambert(Rgb(0))));
+  return test::prepared(std::move(scene));
+}
+
+TEST(PhotonMaps, OfDirectedPathsHoldTheSameLight) {
+  const auto open = mirror_on_floor(false), box = mirror_on_floor(true);
+  ASSERT_TRUE(open->domain.active);
+  ASSERT_TRUE(open->aim.active);
+  EXPECT_LT(open->directed_share, 0.7);
+  EXPECT_FALSE(box->domain.active);
+  const auto flux = [](const PhotonMap& map, double emitted) {
+    double sum = 0;
+    for (std::uint32_t i = 0; i < map.size(); ++i) {
+      if (glm::length(map.position(i)) < 4) sum += static_cast<double>(map.flux(i).x);
+    }
+    return sum / emitted;
+  };
+  test::Sample emitted;
+  test::Sample caustic[2], global[2];
+  for (std::uint32_t pass = 0; pass < 30; ++pass) {
+    for (const auto& scene : {open, box}) {
+      const auto maps = *build_photon_maps(*scene, key(20'000, pass), test::workers().execution());
+      EXPECT_EQ(maps->emitted, std::ceil(20'000 * scene->directed_share));
+      const EnergyLedger& l = maps->ledger;
+      EXPECT_NEAR(l.absorbed + l.escaped + l.truncated + l.rejected, l.emitted, 1e-5 * l.emitted);
+      caustic[scene == box].add(flux(maps->caustic, maps->emitted));
+      global[scene == box].add(flux(maps->global, maps->emitted));
+      if (scene == open) emitted.add(l.emitted);
+    }
+  }
+  for (const test::Sample* part : {caustic, global}) {
+    const double error = std::hypot(part[0].standard_error(), part[1].standard_error());
+    EXPECT_LT(error, 0.05 * part[1].mean);
+    EXPECT_NEAR(part[0].mean, part[1].mean, test::kSigmas * error);
+  }
+  EXPECT_TRUE(test::agrees(emitted, open->lights.total_power())) << emitted.mean << " " << open->lights.total_power();
 }
 
 TEST(PhotonMaps, BitsDoNotDependOnTheThreads) {

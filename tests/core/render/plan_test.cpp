@@ -53,6 +53,28 @@ bool merges_on_gloss(const Plan& plan) {
   return false;
 }
 
+TEST(Plan, TellsThatDirectedPathsAreFewer) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::parallelogram({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}),
+                 test::add_material(scene, test::lambert(Rgb(0.5f))));
+  test::add_mesh(scene, test::parallelogram({0, 5, 0}, {0.1f, 0, 0}, {0, 0, 0.1f}),
+                 test::add_material(scene, test::emitter(Rgb(1))));
+  const auto prepared = test::prepared(scene);
+  const auto of = [&](Method method, const char* feature) {
+    const auto plan = make_plan(*prepared, {.method = method}, Execution{});
+    for (const PlanItem& item : plan->items) {
+      if (item.feature == feature) return item;
+    }
+    return PlanItem{};
+  };
+  EXPECT_TRUE(of(Method::progressive, "emission_domain").active);
+  EXPECT_THAT(of(Method::progressive, "emission_domain").reason, HasSubstr("of the paths that leave lamps meet a surface"));
+  EXPECT_TRUE(of(Method::progressive, "fewer_paths").active);
+  EXPECT_THAT(of(Method::progressive, "fewer_paths").reason, HasSubstr("as many are traced in a pass"));
+  EXPECT_FALSE(of(Method::path, "emission_domain").active);
+  EXPECT_FALSE(of(Method::path, "fewer_paths").active);
+}
+
 TEST(Plan, GathersOnGlossWhereItIsLitThroughGlass) {
   const Plan plan = plan_of_gloss(Method::automatic, 0.4f, true);
   EXPECT_EQ(plan.method, Method::progressive);   // paths would not find the point

@@ -149,6 +149,29 @@ std::vector<std::pair<std::string, Scene>> lit_scenes() {
   return scenes;
 }
 
+// A mirror over a dark floor below a lamp, in the open or in a bright room.
+AimFinding aim_at_mirror(bool in_room) {
+  Scene scene = test::empty_scene();
+  const std::uint32_t dark = test::add_material(scene, test::lambert(Rgb(0.05f)));
+  const std::uint32_t grey = test::add_material(scene, test::lambert(Rgb(0.7f)));
+  test::add_mesh(scene, test::parallelogram({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}), dark);
+  test::add_mesh(scene, test::sphere({0, 0.9f, 0}, 0.8f), test::add_material(scene, test::mirror(Rgb(0.9f))));
+  if (in_room) test::add_mesh(scene, test::box({-2, -1, -2}, {2, 4, 2}, true), grey);
+  test::add_point_light(scene, {1, 3.5f, 0}, Rgb(1));
+  return test::prepared(std::move(scene))->aim;
+}
+
+// Where photons light a room, too, what the mirror throws is worth little of their loss: a tenth at most.
+TEST(LearnAim, AimsAsManyPathsAsWhatElseIsLitLeaves) {
+  const AimFinding open = aim_at_mirror(false), room = aim_at_mirror(true);
+  EXPECT_TRUE(open.active);
+  EXPECT_GT(open.share, 0.2);
+  EXPECT_LT(open.effort, 0.6);
+  EXPECT_TRUE(room.reached);
+  EXPECT_LE(room.share, 0.1);
+  EXPECT_EQ(room.effort, 1);
+}
+
 // Flux per emitted path into parts of the scene: all of it, with what is not sent, that through the glass, through a ring around it, and
 // through quarters of the place.
 std::vector<Sample> fluxes(const PreparedScene& scene, const Lights& lights, std::uint64_t seed) {
