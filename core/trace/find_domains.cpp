@@ -18,14 +18,18 @@ constexpr std::size_t kMaxEmitters = 1024;
 constexpr std::uint32_t kAllCellBits = 20;    // of all emitters together
 constexpr std::uint32_t kCellBits = 16;       // of one
 
+// 1 where other lights are so much stronger that no path leaves a triangle.
 double share_meeting(const Scene& scene, const Accel& accel, const Lights& lights) {
   const RngKey key(0, RngPurpose::pilot, 0);
-  std::uint64_t meeting = 0;
+  std::uint64_t paths = 0, meeting = 0;
   for (std::uint64_t i = 0; i < kPilotPaths; ++i) {
     Rng rng(key, i);
-    meeting += accel.intersect(lights.sample_emission(scene, rng).ray).found();
+    const std::uint32_t light = lights.choose(rng.next());
+    if (light >= lights.emitters().size()) continue;
+    ++paths;
+    meeting += accel.intersect(lights.sample_emission(scene, light, rng).ray).found();
   }
-  return static_cast<double>(meeting) / static_cast<double>(kPilotPaths);
+  return paths > 0 ? static_cast<double>(meeting) / static_cast<double>(paths) : 1;
 }
 
 // Directions are divided first: near lights are seldom so large that they look different from their parts.

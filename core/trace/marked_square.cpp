@@ -45,7 +45,7 @@ void MarkedSquare::mark_rectangle(const Vec2& low, const Vec2& high) {
 void MarkedSquare::mark(const EmitterPiece& piece, const SurfaceBox& box) {
   constexpr float kUlps = 4 * 0x1p-23f;   // half as far as rays start from the triangle
   const Vec3 to = box.bounds.center() - piece.middle;
-  const float distance = glm::length(to), reach = piece.radius + box.bounds.radius();
+  const float distance = glm::length(to), reach = piece.radius + box.bounds.radius() + kUlps * piece.extent;
   const float above = glm::dot(to, piece.normal);
   if (above < -reach) return;
   if (above < reach && highest(box, piece.normal) <= piece.height + kUlps * piece.extent) return;
