@@ -1,13 +1,14 @@
 #include "core/trace/emission_domain.h"
 
-#include <algorithm>
-
 namespace photond {
 
 EmissionDomain::EmissionDomain(const Cells& cells, std::vector<std::uint32_t> members)
     : cells_(cells),
       members_(std::move(members)),
-      share_(static_cast<float>(members_.size()) / static_cast<float>(cells.count())) {}
+      is_member_(cells.count(), false),
+      share_(static_cast<float>(members_.size()) / static_cast<float>(cells.count())) {
+  for (const std::uint32_t cell : members_) is_member_[cell] = true;
+}
 
 // From the whole space into the chosen cell.
 void EmissionDomain::narrow(EmissionStart& start, std::uint32_t choice) const {
@@ -31,7 +32,7 @@ bool EmissionDomain::contains(const EmissionStart& start) const {
     return (static_cast<std::uint32_t>(at.y) << bits) + static_cast<std::uint32_t>(at.x);
   };
   const std::uint32_t place = start.back * cells_.places() + cell(start.place, cells_.place_bits);
-  return std::ranges::binary_search(members_, place * cells_.directions() + cell(start.direction, cells_.direction_bits));
+  return is_member_[place * cells_.directions() + cell(start.direction, cells_.direction_bits)];
 }
 
 }  // namespace photond

@@ -32,7 +32,7 @@ class EmissionDomain {
 
   /// The whole space, of one side or two.
   explicit EmissionDomain(std::uint32_t sides = 1) : cells_{sides, 0, 0} {}
-  /// Some of the cells, by number in ascending order: (side · places + place) · directions + direction, a place or a
+  /// Some of the cells, by number: (side · places + place) · directions + direction, a place or a
   /// direction being y · 2^bits + x.
   EmissionDomain(const Cells& cells, std::vector<std::uint32_t> members);
 
@@ -57,6 +57,7 @@ class EmissionDomain {
 
   Cells cells_;
   std::vector<std::uint32_t> members_;   // empty: all
+  std::vector<bool> is_member_;          // for each cell
   float share_ = 1;
 };
 
