@@ -16,13 +16,13 @@ struct DomainFinding {
   double effort = 1;         ///< paths, of all lights, that are as good as one that may leave whereto ever
 };
 
-/// Lets paths leave emissive triangles only from where and whereto they may meet a surface, where much of the light goes
-/// past all of them. A pure function of the scene.
+/// Lets paths leave emissive triangles only from where and whereto they may meet a surface, where much of the light
+/// goes past all of them. A pure function of the scene.
 DomainFinding find_domains(const Scene& scene, const Bounds3& bounds, const Accel& accel, Lights& lights,
                            const Execution& execution);
 
-/// Whereto one of `count` such triangles may shine on what the boxes hold: nothing is missing, and the more triangles, the
-/// more is in it in vain.
+/// Whereto one of `count` such triangles may shine on what the boxes hold: nothing is missing, and the more triangles,
+/// the more is in it in vain.
 EmissionDomain find_domain(const EmitterTriangle& emitter, bool double_sided, std::size_t count,
                            std::span<const SurfaceBox> boxes);
 

@@ -26,7 +26,8 @@ class MarkedSquare {
   bool marked(std::uint32_t x, std::uint32_t y) const { return marks_[y * side_ + x] != 0; }
   bool full() const { return left_ == 0; }
 
-  /// Marks what `square_to_cosine_hemisphere` may map to directions along which the piece shines on something in the box.
+  /// Marks what `square_to_cosine_hemisphere` may map to directions along which the piece shines on something in the
+  /// box.
   void mark(const EmitterPiece& piece, const SurfaceBox& box);
 
  private:

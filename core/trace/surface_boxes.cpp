@@ -10,8 +10,8 @@ namespace photond {
 namespace {
 
 constexpr int kSide = 32;   // cells along the longest axis
-// Of so many triangles, or parts of them, the boxes are not looked at one by one.
-constexpr std::size_t kMost = std::size_t{1} << 22;
+// From so many triangles on whole instances are held, and no triangles are halved after so many: corners take memory.
+constexpr std::size_t kMost = std::size_t{1} << 20;
 
 struct Piece {
   Vec3 a, b, c;
@@ -103,7 +103,9 @@ std::vector<SurfaceBox> surface_boxes(const Scene& scene, const Bounds3& bounds)
   }
   for (const Instance& instance : scene.instances) {
     const Mesh& mesh = scene.meshes[instance.mesh];
-    const auto corner = [&](std::uint32_t vertex) { return transform_point(instance.to_world, mesh.positions[vertex]); };
+    const auto corner = [&](std::uint32_t vertex) {
+      return transform_point(instance.to_world, mesh.positions[vertex]);
+    };
     for (const glm::uvec3& t : mesh.triangles) grid.add({corner(t.x), corner(t.y), corner(t.z)});
   }
   return std::move(grid).boxes();

@@ -37,7 +37,10 @@ std::shared_ptr<const PreparedScene> mirror_on_floor(bool in_box) {
   test::add_mesh(scene, test::sphere({0, 0.9f, 0}, 0.8f), test::add_material(scene, test::mirror(Rgb(0.9f))));
   test::add_mesh(scene, test::parallelogram({2, 4, 1}, {0.4f, 0, 0}, {0, 0.1f, 0.4f}),
                  test::add_material(scene, test::emitter(Rgb(10))));
-  if (in_box) test::add_mesh(scene, test::box({-20, -20, -20}, {20, 20, 20}, true), test::add_material(scene, test::lambert(Rgb(0))));
+  if (in_box) {
+    test::add_mesh(scene, test::box({-20, -20, -20}, {20, 20, 20}, true),
+                   test::add_material(scene, test::lambert(Rgb(0))));
+  }
   return test::prepared(std::move(scene));
 }
 

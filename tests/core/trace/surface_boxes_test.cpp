@@ -34,7 +34,8 @@ TEST(SurfaceBoxes, HoldEveryPointOfEverySurface) {
 
 TEST(SurfaceBoxes, AreSmallAndHoldTheirCorners) {
   Scene scene = test::empty_scene();
-  test::add_mesh(scene, test::parallelogram({0, 0, 0}, {32, 0, 0}, {0, 0, 32}), test::add_material(scene, test::lambert(Rgb(1))));
+  test::add_mesh(scene, test::parallelogram({0, 0, 0}, {32, 0, 0}, {0, 0, 32}),
+                 test::add_material(scene, test::lambert(Rgb(1))));
   test::add_mesh(scene, test::sphere({20, 16, 5}, 3), 0);
   const Bounds3 bounds = world_bounds(scene);
   const auto boxes = surface_boxes(scene, bounds);
