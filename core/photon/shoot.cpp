@@ -139,12 +139,15 @@ class Shooter {
     walk.depth = 0;
     walk.map = kCaustic;
     walk.medium = {};
+    block_.ledger.emitted += walk.power;
+    if (!std::isfinite(walk.power)) {
+      block_.ledger.rejected += walk.power;
+      return false;
+    }
     const float unsent = walk.power * scene_.lights.unsent(light);
-    block_.ledger.emitted += walk.power + unsent;
+    block_.ledger.emitted += unsent;
     block_.ledger.escaped += unsent;
-    if (std::isfinite(walk.power)) return walk.power > 0;
-    block_.ledger.rejected += walk.power;
-    return false;
+    return walk.power > 0;
   }
 
   void intersect(std::vector<Ray>* record) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "core/photon/radius.h"
 #include "core/photon/shoot.h"
@@ -76,6 +77,20 @@ TEST(PhotonMaps, OfDirectedPathsHoldTheSameLight) {
     EXPECT_NEAR(part[0].mean, part[1].mean, test::kSigmas * error);
   }
   EXPECT_TRUE(test::agrees(emitted, open->lights.total_power())) << emitted.mean << " " << open->lights.total_power();
+}
+
+// What is rejected is told as that alone, whether or not paths are directed.
+TEST(PhotonMaps, LightTooStrongForAFloatIsRejected) {
+  for (const float side : {0.1f, 4.0f}) {
+    Scene scene = test::empty_scene();
+    test::add_mesh(scene, test::parallelogram({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}),
+                   test::add_material(scene, test::lambert(Rgb(0.5f))));
+    test::add_mesh(scene, test::parallelogram({-side / 2, 0.1f, -side / 2}, {side, 0, 0}, {0, 0, side}),
+                   test::add_material(scene, test::emitter(Rgb(kInfinity))));
+    const auto maps = *build_photon_maps(*test::prepared(std::move(scene)), key(100), Execution{});
+    EXPECT_EQ(maps->ledger.rejected, std::numeric_limits<double>::infinity()) << side;
+    EXPECT_EQ(maps->ledger.escaped, 0) << side;
+  }
 }
 
 TEST(PhotonMaps, BitsDoNotDependOnTheThreads) {
