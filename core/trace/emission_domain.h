@@ -11,7 +11,7 @@ namespace photond {
 /// The numbers in [0, 1) from which a path leaves a light.
 struct EmissionStart {
   Vec2 place{0};               ///< on a triangle
-  Vec2 direction{0};           ///< of light from afar: the place on the disc that faces it
+  Vec2 direction{0};           ///< on the hemisphere above it
   bool back = false;           ///< from the back of a triangle that shines on both sides
 };
 
