@@ -1,5 +1,6 @@
 // What jobs leave behind, and what waits for room.
 #include <algorithm>
+#include <exception>
 
 #include "server/jobs/jobs.h"
 
@@ -34,14 +35,21 @@ void Jobs::keep_house(std::stop_token stop) {
   constexpr std::chrono::seconds kInterval{1};
   std::mutex mutex;
   while (!stop.stop_requested()) {
-    // A disk that cannot be looked at is as good as a full one.
-    if (!room_.tidy() || room_.full())
-      pause_for_room();
-    else
-      wake();
+    try {
+      tidy_up();
+    } catch (const std::exception&) {  // out of memory: it is done by the next round
+    }
     std::unique_lock lock(mutex);
     tick_.wait_for(lock, stop, kInterval, [] { return false; });
   }
+}
+
+void Jobs::tidy_up() {
+  // A disk that cannot be looked at is as good as a full one.
+  if (!room_.tidy() || room_.full())
+    pause_for_room();
+  else
+    wake();
 }
 
 void Jobs::pause_for_room() {

@@ -145,6 +145,7 @@ class Jobs {
   Status forget(const std::string& id);
   Status forget_oldest();
   void keep_house(std::stop_token stop);
+  void tidy_up();
   void pause_for_room();
   void wake();
 

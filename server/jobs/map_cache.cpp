@@ -1,6 +1,7 @@
 #include "server/jobs/map_cache.h"
 
 #include <algorithm>
+#include <exception>
 #include <map>
 
 namespace photond {
@@ -106,7 +107,7 @@ void MapCache::write_all(std::stop_token stop) {
     writing_ = next.key;
     unwanted_ = false;
     lock.unlock();
-    write(next);
+    if (!write(next)) ++write_failures_;
     lock.lock();
     if (unwanted_) files_->erase(next.key);
     writing_.reset();
@@ -114,17 +115,20 @@ void MapCache::write_all(std::stop_token stop) {
   }
 }
 
-void MapCache::write(const Write& what) {
-  const CachedMap& value = *what.value;
-  SectionList list = value.guide ? guide_sections(*value.guide, value.facts.build_seconds)
-                                 : map_sections(*value.maps, value.facts.build_seconds);
-  const auto pieces = list.pieces(map_identity(what.key), Execution{});
-  if (const Status written = files_->put(what.key, value.facts, pieces); !written) {
-    ++write_failures_;
-    return;
+/// False where it could not be written, as on a full disk or without memory.
+bool MapCache::write(const Write& what) {
+  try {
+    const CachedMap& value = *what.value;
+    SectionList list = value.guide ? guide_sections(*value.guide, value.facts.build_seconds)
+                                   : map_sections(*value.maps, value.facts.build_seconds);
+    const auto pieces = list.pieces(map_identity(what.key), Execution{});
+    if (!files_->put(what.key, value.facts, pieces)) return false;
+    const auto info = find(what.key);
+    if (info && info->pinned) files_->pin(what.key, true);
+    return true;
+  } catch (const std::exception&) {  // nobody waits for this thread, and it serves all maps to come
+    return false;
   }
-  const auto info = find(what.key);
-  if (info && info->pinned) files_->pin(what.key, true);
 }
 
 void MapCache::flush() {

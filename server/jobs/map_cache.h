@@ -90,7 +90,7 @@ class MapCache {
   Memory::Shared read(const MapKey& key, const Execution& execution);
   void write_later(const MapKey& key, Memory::Shared value);
   void write_all(std::stop_token stop);
-  void write(const Write& what);
+  bool write(const Write& what);
 
   const std::unique_ptr<MapFiles> files_;
   Memory memory_;

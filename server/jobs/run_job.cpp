@@ -96,11 +96,13 @@ void RunJob::arm() {
   execution_ = parts_.workers.execution(stop_.get_token());
 }
 
-/// Whether the scheduler is to forget the run; together with `claim` nobody's wish to go on is lost in between.
+/// Whether the scheduler is to forget the run; together with `claim` nobody's wish to go on is lost in between. Nor is a
+/// wish to rest that came after `settle`: the next slice puts the job away.
 bool RunJob::rest() {
   const std::lock_guard lock(mutex_);
   const JobState state = job_->state();
-  const bool over = is_terminal(state) || state == JobState::paused || stalled_ || draining_;
+  const bool rests = state == JobState::paused || draining_;
+  const bool over = is_terminal(state) || stalled_ || (rests && settled_);
   if (over) scheduled_ = false;
   return over;
 }

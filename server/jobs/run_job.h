@@ -91,7 +91,8 @@ class RunJob : public Slices {
   void take_failure(const Error& error);
   void take_failure_of(const std::function<Status()>& work);
   void settle();
-  void put_away();
+  bool put_away();
+  void let_go();
   void release();
   void stall(const Status& refused);
   void measure();
@@ -131,6 +132,7 @@ class RunJob : public Slices {
   double told_ = 0;  ///< wall_seconds of the last event
   std::uint64_t earlier_hits_, earlier_disk_hits_, earlier_misses_;  ///< of maps, in earlier lives of the service
   bool previewed_ = false;
+  bool settled_ = false;  ///< the slice has seen that the job is to rest, and put it away
 };
 
 }  // namespace photond

@@ -35,40 +35,39 @@ void RunJob::settle() {
       if (task_) put_numbers(record);
     }));
   }
-  const JobState state = job_->state();
-  if (is_terminal(state)) return release();
-  if (state == JobState::paused) return put_away();
   bool draining = false;
   {
     const std::lock_guard lock(mutex_);
     draining = draining_;
   }
-  if (!draining) return;
-  put_away();
-  if (is_running(state)) stall(job_->move(JobState::queued, [this](JobRecord& record) {
+  const JobState state = job_->state();
+  settled_ = draining || state == JobState::paused;
+  if (is_terminal(state)) return release();
+  if (!settled_) return;
+  const bool kept = put_away();
+  if (draining && is_running(state)) stall(job_->move(JobState::queued, [this](JobRecord& record) {
     if (task_) put_numbers(record);
   }));
+  if (kept) let_go();
 }
 
-/// Writes down what a job needs to go on, and its picture, and gives back the memory; where the disk is full, keeps it.
-void RunJob::put_away() {
-  if (!task_) return;
-  Status kept = Done{};
-  if (checkpoint_passes_ < film_.pass_count()) kept = checkpoint();
-  if (kept && job_->state() == JobState::paused) {
-    if (published_passes_ < film_.pass_count()) kept = publish(false);
-    if (kept) kept = keep_picture(cancel_.get_token());
-  }
-  if (!kept) return;
+/// Writes down what a job needs to go on, and its picture; false where that fails, as on a full disk: then memory keeps it.
+bool RunJob::put_away() {
+  if (!task_) return true;
+  if (checkpoint_passes_ < film_.pass_count() && !checkpoint()) return false;
+  if (job_->state() != JobState::paused) return true;
+  if (published_passes_ < film_.pass_count() && !publish(false)) return false;
+  return keep_picture(cancel_.get_token()).ok();
+}
+
+void RunJob::let_go() {
   film_ = Film();
   maps_.release();
   task_.reset();
 }
 
 void RunJob::release() {
-  film_ = Film();
-  maps_.release();
-  task_.reset();
+  let_go();
   const JobState state = job_->state();
   // Nothing hangs on these: what cannot be kept or dropped now is missing after a restart, or in the way.
   if (state != JobState::succeeded) (void)keep_seen_picture().ok();

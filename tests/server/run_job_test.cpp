@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <new>
+#include <thread>
 
 #include "server/jobs/environment_library.h"
 #include "tests/server/small_scene.h"
@@ -118,6 +119,44 @@ TEST_F(RunJobTest, WhatIsThrownFailsTheJobAndItsRunLetsGoAllTheSame) {
   EXPECT_EQ(run.job()->state(), JobState::failed);
   EXPECT_EQ(run.job()->record().failure->code, ErrorCode::internal);
   EXPECT_EQ(stored_.files->checkpoints("a")->size(), 1u) << "of a job that failed one is kept, to be tried again";
+}
+
+/// Of one pixel, so that what others want comes between passes, too.
+JobRecord tiny(JobRecord record) {
+  record.spec.settings.width = record.spec.settings.height = 1;
+  record.spec.stop.passes = 1'000'000;
+  return record;
+}
+
+TEST_F(RunJobTest, IsPutAwayWheneverItIsPaused) {
+  RunJob run(new_job(tiny(new_record())), parts_);
+  Job& job = *run.job();
+  for (int i = 0; i < 40; ++i) {
+    ASSERT_TRUE(i == 0 || job.move(JobState::queued).ok());
+    std::thread renders([&] { while (run.step()) continue; });
+    for (const std::uint64_t before = passes_; passes_ < before + 3;) std::this_thread::yield();
+    EXPECT_TRUE(job.move(JobState::paused).ok());
+    run.interrupt();
+    renders.join();
+    const auto checkpoints = stored_.files->checkpoints("a");
+    ASSERT_FALSE(checkpoints->empty()) << i;
+    ASSERT_EQ(checkpoints->front().passes, job.record().passes) << i;
+    ASSERT_TRUE(stored_.files->frame("a", job.record().revision, FrameFormat::png).ok()) << i;
+  }
+}
+
+TEST_F(RunJobTest, IsPutAwayWheneverTheServiceEnds) {
+  const auto job = new_job(tiny(new_record()));
+  for (int i = 0; i < 40; ++i) {
+    RunJob run(job, parts_);
+    std::thread renders([&] { while (run.step()) continue; });
+    for (const std::uint64_t before = passes_; passes_ < before + 3;) std::this_thread::yield();
+    run.drain();
+    renders.join();
+    ASSERT_EQ(job->state(), JobState::queued) << i;
+    ASSERT_EQ(job->record().passes, passes_) << i;
+    ASSERT_EQ(stored_.files->checkpoints("a")->front().passes, passes_) << i;
+  }
 }
 
 }  // namespace
