@@ -28,6 +28,17 @@ inline float cos_eighth(float x) {
   return 1 + s * (-0.5f + s * (1 / 24.0f + s * (-1 / 720.0f + s * (1 / 40320.0f))));
 }
 
+/// atan of 0 ≤ x ≤ 1 to float precision (interpolated in x² at Chebyshev nodes; the error is below 1.2·10⁻⁷).
+inline float atan_unit(float x) {
+  const float s = x * x;
+  return x * (0.99999998f +
+              s * (-0.33333037f +
+                   s * (0.19991872f +
+                        s * (-0.14197798f +
+                             s * (0.10618371f +
+                                  s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+}
+
 /// Uniform on the unit disk, area-preserving and continuous [Shirley and Chiu 1997]; density 1/π.
 inline Vec2 square_to_disk(const Vec2& u) {
   const float x = 2 * u.x - 1, y = 2 * u.y - 1;
@@ -42,10 +53,12 @@ inline Vec2 square_to_disk(const Vec2& u) {
 /// Its inverse.
 inline Vec2 disk_to_square(const Vec2& d) {
   const float wide = std::abs(d.x), high = std::abs(d.y);
+  const float most = std::max(std::max(wide, high), std::numeric_limits<float>::min());  // the centre is not 0/0
   const float r = std::sqrt(glm::dot(d, d));
-  const float across = r > 0 ? r * std::atan2(std::min(wide, high), std::max(wide, high)) * (4 / kPi) : 0;
-  const Vec2 square = wide > high ? Vec2(r, across) : Vec2(across, r);
-  return 0.5f + 0.5f * Vec2(std::copysign(square.x, d.x), std::copysign(square.y, d.y));
+  const float across = r * atan_unit(std::min(wide, high) / most) * (4 / kPi);
+  const float x = std::copysign(choose(wide > high, r, across), d.x);
+  const float y = std::copysign(choose(wide > high, across, r), d.y);
+  return {0.5f + 0.5f * x, 0.5f + 0.5f * y};
 }
 
 /// Cosine-distributed on the hemisphere z ≥ 0.

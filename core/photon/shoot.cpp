@@ -101,53 +101,39 @@ class Shooter {
       starting.add(i);
     }
     for (const std::uint32_t i : starting) {
-      Walk& walk = walks_[i];
-      const bool in_lanes = scene_.lights.begin_emission(scene_.scene, light[i], walk.rng, lanes.size, emissions_);
+      const bool in_lanes = scene_.lights.begin_emission(scene_.scene, light[i], walks_[i].rng, lanes.size, emissions_);
       lanes.add(i, in_lanes);
-      if (!in_lanes) begin(walk, scene_.lights.sample_emission(scene_.scene, light[i], walk.rng));
+      if (!in_lanes) begin(i, light[i], scene_.lights.sample_emission(scene_.scene, light[i], walks_[i].rng), nothing);
     }
     emissions_.emit(lanes.size);
     for (std::uint32_t k = 0; k < lanes.size; ++k) {
       const std::uint32_t i = lanes.items[k];
-      if (scene_.lights.aims(light[i])) scene_.lights.share_emission(light[i], k, emissions_);
-      begin(walks_[i], k);
-    }
-    for (const std::uint32_t i : starting) {
-      const bool started = start(walks_[i], light[i]);
-      live_.add(i, started);
-      nothing.add(i, !started);
+      scene_.lights.share_emission(scene_.scene, light[i], k, emissions_);
+      begin(i, light[i], emissions_.sample(k), nothing);
     }
     return nothing;
   }
 
-  static void begin(Walk& walk, const EmissionSample& emission) {
+  // Begins walk i with an emitted path; adds it to `nothing` where that carries nothing.
+  void begin(std::uint32_t i, std::uint32_t light, const EmissionSample& emission, Subset& nothing) {
+    Walk& walk = walks_[i];
+    const float power = mean(emission.flux);
     walk.ray = emission.ray;
     walk.flux = emission.flux;
+    walk.power = power;
     walk.etendue = emission.etendue;
-  }
-  // The same from a lane.
-  void begin(Walk& walk, std::uint32_t k) const {
-    walk.ray.origin = emissions_.position[k];
-    walk.ray.direction = emissions_.direction[k];
-    walk.flux = emissions_.flux[k];
-    walk.etendue = emissions_.etendue[k];
-  }
-
-  // Begins the walk of an emitted path; false where it carries nothing.
-  bool start(Walk& walk, std::uint32_t light) {
-    walk.power = mean(walk.flux);
     walk.depth = 0;
     walk.map = kCaustic;
     walk.medium = {};
-    block_.ledger.emitted += walk.power;
-    if (!std::isfinite(walk.power)) {
-      block_.ledger.rejected += walk.power;
-      return false;
-    }
-    const float unsent = walk.power * scene_.lights.unsent(light);
+    const bool finite = std::isfinite(power);
+    const float unsent = finite ? power * scene_.lights.unsent(light) : 0;
+    block_.ledger.emitted += power;
     block_.ledger.emitted += unsent;
     block_.ledger.escaped += unsent;
-    return walk.power > 0;
+    if (!finite) block_.ledger.rejected += power;
+    const bool started = finite && power > 0;
+    live_.add(i, started);
+    nothing.add(i, !started);
   }
 
   void intersect(std::vector<Ray>* record) {

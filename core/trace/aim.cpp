@@ -1,7 +1,5 @@
 #include "core/trace/aim.h"
 
-#include <cmath>
-
 #include "core/math/float8.h"
 #include "core/math/frame.h"
 #include "core/math/warp.h"
@@ -10,23 +8,10 @@ namespace photond {
 
 namespace {
 
-// 1 − cos of the half angle that a ball fills, 2 from inside; precise for far balls, too.
-float cap_height(const Vec3& to_center, float radius) {
-  const float sine_sq = radius * radius / glm::dot(to_center, to_center);
-  return sine_sq < 1 ? sine_sq / (1 + std::sqrt(1 - sine_sq)) : 2;
-}
-
-// The same of eight balls, by the squares of their radii and distances.
+// As cap_height, of eight balls by the squares of their radii and distances.
 Float8 cap_height(const Float8& radius_sq, const Float8& distance_sq) {
   const Float8 sine_sq = radius_sq / distance_sq;
   return sine_sq < 1 ? sine_sq / (1 + sqrt8(1 - min8(sine_sq, Float8{} + 1))) : 2;
-}
-
-// Uniform in the cap of that height around +z: heights are to areas as squared distances from a disk's centre are.
-Vec3 square_to_cap(const Vec2& u, float height) {
-  const Vec2 d = square_to_disk(u);
-  const float h = glm::dot(d, d) * height;
-  return {d * std::sqrt(height * std::max(0.0f, 2 - h)), 1 - h};
 }
 
 // Whether the line meets each of eight balls. By the cross product: the difference of squares of large distances would
@@ -55,13 +40,6 @@ Aim::Aim(std::span<const Ball> balls, std::span<const double> weights, float sha
     eight.radius_sq[k] = balls[i].radius * balls[i].radius;
     eight.weight[k] = choice_.pdf(i);
   }
-}
-
-Vec3 Aim::direction(const Vec3& point, std::uint32_t ball, const Vec2& u) const {
-  const Vec3 to_center = balls_[ball].center - point;
-  const float distance_sq = glm::dot(to_center, to_center);
-  const Vec3 axis = distance_sq > 0 ? to_center / std::sqrt(distance_sq) : Vec3(0, 0, 1);
-  return Frame(axis).to_world(square_to_cap(u, cap_height(to_center, balls_[ball].radius)));
 }
 
 Vec3 Aim::place(const Vec3& direction, std::uint32_t ball, const Vec2& u) const {

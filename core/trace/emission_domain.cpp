@@ -2,12 +2,12 @@
 
 namespace photond {
 
-EmissionDomain::EmissionDomain(const Cells& cells, std::vector<std::uint32_t> members)
+EmissionDomain::EmissionDomain(const Cells& cells, std::vector<std::uint16_t> members)
     : cells_(cells),
       members_(std::move(members)),
       is_member_(cells.count(), false),
       share_(static_cast<float>(members_.size()) / static_cast<float>(cells.count())) {
-  for (const std::uint32_t cell : members_) is_member_[cell] = true;
+  for (const std::uint16_t cell : members_) is_member_[cell] = true;
 }
 
 // From the whole space into the chosen cell.
@@ -25,6 +25,7 @@ void EmissionDomain::narrow(EmissionStart& start, std::uint32_t choice) const {
 }
 
 bool EmissionDomain::contains(const EmissionStart& start) const {
+  if (start.back && cells_.sides == 1) return false;
   if (whole()) return true;
   const auto cell = [](const Vec2& u, std::uint32_t bits) {
     const float side = static_cast<float>(1u << bits);

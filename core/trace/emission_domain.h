@@ -19,7 +19,7 @@ struct EmissionStart {
 /// that leave it evenly, instead of the whole space, carry less each, and none is missed.
 class EmissionDomain {
  public:
-  /// How the space is divided: into 2^bits parts along each axis.
+  /// How the space is divided: into 2^bits parts along each axis, 2^16 cells at most.
   struct Cells {
     std::uint32_t sides = 1;
     std::uint32_t place_bits = 0;
@@ -34,7 +34,7 @@ class EmissionDomain {
   explicit EmissionDomain(std::uint32_t sides = 1) : cells_{sides, 0, 0} {}
   /// Some of the cells, by number: (side · places + place) · directions + direction, a place or a
   /// direction being y · 2^bits + x.
-  EmissionDomain(const Cells& cells, std::vector<std::uint32_t> members);
+  EmissionDomain(const Cells& cells, std::vector<std::uint16_t> members);
 
   /// Its share of the space.
   float share() const { return share_; }
@@ -56,7 +56,7 @@ class EmissionDomain {
   void narrow(EmissionStart& start, std::uint32_t choice) const;
 
   Cells cells_;
-  std::vector<std::uint32_t> members_;   // empty: all
+  std::vector<std::uint16_t> members_;   // empty: all
   std::vector<bool> is_member_;          // for each cell
   float share_ = 1;
 };

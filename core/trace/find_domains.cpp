@@ -62,7 +62,7 @@ EmitterPiece piece_of(const EmitterTriangle& emitter, const EmissionDomain::Cell
 EmissionDomain find_domain(const EmitterTriangle& emitter, bool double_sided, std::size_t count,
                            std::span<const SurfaceBox> boxes) {
   const EmissionDomain::Cells cells = cells_of(count, double_sided);
-  std::vector<std::uint32_t> members;
+  std::vector<std::uint16_t> members;
   std::uint32_t cell = 0;
   for (std::uint32_t side = 0; side < cells.sides; ++side) {
     for (std::uint32_t place = 0; place < cells.places(); ++place) {
@@ -71,7 +71,7 @@ EmissionDomain find_domain(const EmitterTriangle& emitter, bool double_sided, st
       for (std::size_t i = 0; i < boxes.size() && !square.full(); ++i) square.mark(piece, boxes[i]);
       for (std::uint32_t y = 0; y < square.side(); ++y) {
         for (std::uint32_t x = 0; x < square.side(); ++x, ++cell) {
-          if (square.marked(x, y)) members.push_back(cell);
+          if (square.marked(x, y)) members.push_back(static_cast<std::uint16_t>(cell));
         }
       }
     }

@@ -75,9 +75,9 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
 
 void Lights::set_etendues(const Scene& scene) {
   for (std::uint32_t i = 0; i < emitters_.size(); ++i) {
-    const bool double_sided = scene.materials[emitters_[i].material].double_sided;
-    const float sides = double_sided ? 2 : 1;
-    emitters_[i].etendue = sides * kPi * emitters_[i].area * domain_of(i, double_sided).share() / emission_choice_.pdf(i);
+    EmitterTriangle& emitter = emitters_[i];
+    const float sides = scene.materials[emitter.material].double_sided ? 2 : 1;
+    emitter.etendue = sides * kPi * emitter.area * domain_of(scene, i).share() / emission_choice_.pdf(i);
   }
 }
 

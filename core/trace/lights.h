@@ -36,22 +36,43 @@ struct alignas(64) EmitterTriangle {
   Vec3 at(const Vec2& uv) const { return origin + uv.x * ab + uv.y * ac; }
 };
 
-/// Paths that leave emissive triangles of one colour as they leave them without aim: uniform on the triangle,
-/// cosine-distributed.
+/// A path leaving a light.
+struct EmissionSample {
+  Ray ray;
+  Rgb flux{0};            ///< Le·cos/(P·pdf_a·pdf_w): what one path of one carries, in W
+  float etendue = 0;      ///< flux/Le in m²·sr: the phase space that the path stands for; 0 of punctual lights;
+                          ///< infinite of an environment whose light is left to paths
+};
+
+/// Paths that leave emissive triangles of one colour: uniform on the triangle, cosine-distributed or towards a ball.
 struct alignas(64) EmissionLanes {
   // What comes in.
-  Vec3Lanes origin, ab, ac, normal;  ///< the triangles; the normal on the side that emits
+  Vec3Lanes origin, ab, ac, normal;  ///< the triangles; the normal on the side that emits, of paths that aim the front
   float extent[kLanes];
-  float random[4][kLanes];
+  float random[4][kLanes];           ///< of the place and the direction; of paths that aim, the same afterwards as if they
+                                     ///< had left without
+  std::uint32_t drawn[kLanes];       ///< the ball that is aimed at; kNone
+  Vec3Lanes center;                  ///< of it; anything for none
+  float radius[kLanes];
 
   // What goes out.
   Vec3Lanes flux;                ///< as in EmissionSample
   float etendue[kLanes];
   Vec3Lanes position;            ///< of the ray's origin
   Vec3Lanes direction;
+  std::uint32_t back[kLanes];    ///< of those that aim: 1 where they leave the back, else 0
 
+  /// From where and whereto the path of lane k leaves that aims.
+  EmissionStart start(std::uint32_t k) const {
+    return {{random[0][k], random[1][k]}, {random[2][k], random[3][k]}, back[k] != 0};
+  }
   /// Computes the first `count` rays.
   void emit(std::uint32_t count);
+  /// The path of lane k.
+  EmissionSample sample(std::uint32_t k) const { return {{position[k], direction[k]}, flux[k], etendue[k]}; }
+
+ private:
+  void aim(std::uint32_t count);
 };
 
 /// Light arriving at a point from a sampled direction.
@@ -90,14 +111,6 @@ struct alignas(64) DirectLanes {
     pdf_w[k] = sample.pdf_w;
     infinite[k] = sample.infinite;
   }
-};
-
-/// A path leaving a light.
-struct EmissionSample {
-  Ray ray;
-  Rgb flux{0};            ///< Le·cos/(P·pdf_a·pdf_w): what one path of one carries, in W
-  float etendue = 0;      ///< flux/Le in m²·sr: the phase space that the path stands for; 0 of punctual lights;
-                          ///< infinite of an environment whose light is left to paths
 };
 
 /// Lights that belong together: the triangles of an emissive instance, or one other light.
@@ -178,13 +191,13 @@ class Lights {
   void prefetch(std::uint32_t light) const {
     if (light < emitters_.size()) __builtin_prefetch(&emitters_[light]);
   }
-  /// Fills lane k of what comes into `lanes` with a path from the light, and of what goes out with what it carries. False,
-  /// and nothing happens, unless the light is a triangle of one colour, and the path does not aim.
+  /// Fills lane k of what comes into `lanes` with a path from the light, and of what goes out with what it carries if
+  /// none aims. False, and nothing happens, unless the light is a triangle of one colour.
   bool begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, std::uint32_t k, EmissionLanes& lanes) const;
-  /// Whether some paths of the light aim, so that what lane k of `lanes` carries is to be corrected by `share_emission`
-  /// once its ray is known.
-  bool aims(std::uint32_t light) const { return aim_of(light).share() > 0; }
-  void share_emission(std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const;
+  /// Where some of the light's paths aim: corrects what lane k carries, once its ray is known.
+  void share_emission(const Scene& scene, std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const {
+    if (aim_of(light).share() > 0) share_aimed(scene, light, k, lanes);
+  }
 
  private:
   static constexpr std::uint32_t kNoLight = 0xffffffff;
@@ -199,9 +212,10 @@ class Lights {
   double triangle_power(const Scene& scene, std::uint32_t light) const;
   DirectSample sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const;
   const Aim& aim_of(std::uint32_t light) const { return aims_[aim_of_.empty() ? 0 : aim_of_[light]]; }
+  void share_aimed(const Scene& scene, std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const;
   EmissionSample emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const;
   EmissionSample emit_point(const PunctualLight& light, float choice, const Aim& aim, Rng& rng) const;
-  const EmissionDomain& domain_of(std::uint32_t light, bool double_sided) const;
+  const EmissionDomain& domain_of(const Scene& scene, std::uint32_t light) const;
   Ray ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, float& pdf_a) const;
   float triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
                          std::uint32_t drawn) const;
@@ -232,9 +246,9 @@ class Lights {
   return material.emission * emission_share(scene, index, uv);
 }
 
-inline const EmissionDomain& Lights::domain_of(std::uint32_t light, bool double_sided) const {
+inline const EmissionDomain& Lights::domain_of(const Scene& scene, std::uint32_t light) const {
   static const EmissionDomain kWhole[2] = {EmissionDomain(1), EmissionDomain(2)};
-  return domains_.empty() ? kWhole[double_sided] : domains_[light];
+  return domains_.empty() ? kWhole[scene.materials[emitters_[light].material].double_sided] : domains_[light];
 }
 
 [[gnu::always_inline]] inline float Lights::triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction,

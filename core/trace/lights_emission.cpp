@@ -1,4 +1,6 @@
 // Paths that leave lights.
+#include <algorithm>
+
 #include "core/math/frame.h"
 #include "core/math/warp.h"
 #include "core/trace/lights.h"
@@ -7,7 +9,7 @@ namespace photond {
 
 EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const {
   const EmitterTriangle& emitter = emitters_[light];
-  const EmissionDomain& domain = domain_of(light, scene.materials[emitter.material].double_sided);
+  const EmissionDomain& domain = domain_of(scene, light);
   std::uint32_t drawn = Aim::kNone;
   EmissionStart start;
   Vec3 direction;
@@ -40,13 +42,22 @@ bool Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, s
   const EmitterTriangle& emitter = emitters_[light];
   const Material& material = scene.materials[emitter.material];
   if (!material.shines_evenly()) return false;
-  Rng ahead = rng;
-  if (aim_of(light).draw(ahead)) return false;
-  rng = ahead;
+  const Aim& aim = aim_of(light);
+  EmissionStart start;
+  lanes.drawn[k] = Aim::kNone;
+  if (aim.draw(rng)) {
+    start.place = rng.next2();
+    lanes.drawn[k] = aim.choose(rng.next());
+    start.direction = rng.next2();
+    const Ball& ball = aim.ball(lanes.drawn[k]);
+    lanes.center.set(k, ball.center);
+    lanes.radius[k] = ball.radius;
+  } else {
+    start = domain_of(scene, light).draw(rng);
+  }
   lanes.origin.set(k, emitter.origin);
   lanes.ab.set(k, emitter.ab);
   lanes.ac.set(k, emitter.ac);
-  const EmissionStart start = domain_of(light, material.double_sided).draw(rng);
   lanes.random[0][k] = start.place.x;
   lanes.random[1][k] = start.place.y;
   lanes.random[2][k] = start.direction.x;
@@ -58,9 +69,12 @@ bool Lights::begin_emission(const Scene& scene, std::uint32_t light, Rng& rng, s
   return true;
 }
 
-void Lights::share_emission(std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const {
+void Lights::share_aimed(const Scene& scene, std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const {
   if (!(lanes.etendue[k] > 0)) return;   // of a triangle without area
-  const float etendue = aimed_etendue(light, lanes.position[k], lanes.direction[k], aim_of(light), Aim::kNone);
+  float etendue = 0;
+  if (lanes.drawn[k] == Aim::kNone || domain_of(scene, light).contains(lanes.start(k))) {
+    etendue = aimed_etendue(light, lanes.position[k], lanes.direction[k], aim_of(light), lanes.drawn[k]);
+  }
   lanes.flux.set(k, lanes.flux[k] * (etendue / lanes.etendue[k]));
   lanes.etendue[k] = etendue;
 }
@@ -73,6 +87,24 @@ void EmissionLanes::emit(std::uint32_t count) {
     const Vec3 at = origin[i] + uv.x * ab[i] + uv.y * ac[i];
     position.set(i, spawn_point(at, normal[i], extent[i], normal[i]));
     direction.set(i, Frame(normal[i]).to_world(local));
+  }
+  if (std::any_of(drawn, drawn + count, [](std::uint32_t ball) { return ball != Aim::kNone; })) aim(count);
+}
+
+// Replaces the rays of those that aim.
+void EmissionLanes::aim(std::uint32_t count) {
+  const std::uint32_t end = whole_vectors(count);
+  for (std::uint32_t i = 0; i < end; ++i) {
+    const bool aims = drawn[i] != Aim::kNone;
+    const Vec2 uv = square_to_triangle({random[0][i], random[1][i]});
+    const Vec3 at = origin[i] + uv.x * ab[i] + uv.y * ac[i];
+    const Vec3 towards = square_to_ball({random[2][i], random[3][i]}, center[i] - at, radius[i]);
+    back[i] = !(glm::dot(towards, normal[i]) > 0);
+    const Vec2 left = disk_to_square(Vec2(Frame(choose(back[i], -normal[i], normal[i])).to_local(towards)));
+    random[2][i] = choose(aims, left.x, random[2][i]);
+    random[3][i] = choose(aims, left.y, random[3][i]);
+    position.set(i, choose(aims, spawn_point(at, normal[i], extent[i], towards), position[i]));
+    direction.set(i, choose(aims, towards, direction[i]));
   }
 }
 

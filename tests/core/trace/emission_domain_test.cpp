@@ -19,7 +19,7 @@ using test::Sample;
 
 TEST(EmissionDomain, StartsAreUniform) {
   const EmissionDomain::Cells cells{2, 1, 2};
-  const std::vector<std::uint32_t> members = {0, 5, 17, 63, 64, 100, 127};
+  const std::vector<std::uint16_t> members = {0, 5, 17, 63, 64, 100, 127};
   const EmissionDomain domain(cells, members);
   EXPECT_FLOAT_EQ(domain.share(), 7.0f / 128);
   // Cells of half their size, so that places within them count, too.
