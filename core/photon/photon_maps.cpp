@@ -65,14 +65,18 @@ class Harvest {
 
 }  // namespace
 
+std::uint64_t paths_of_pass(const PreparedScene& scene, const PhotonSettings& settings) {
+  const double asked = settings.photons_per_pass;
+  return static_cast<std::uint64_t>(std::ceil(asked * scene.directed_share));
+}
+
 Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene& scene, const MapKey& key,
                                                             const Execution& execution) {
   if (is_irradiance_key(key)) {
     auto plain = build_photon_maps(scene, {key.scene, key.settings, 0}, execution);
     return plain ? add_irradiance(scene, key, *std::move(plain), execution) : plain;
   }
-  const double asked = key.settings.photons_per_pass;
-  const auto paths = static_cast<std::uint64_t>(std::ceil(asked * scene.directed_share));
+  const std::uint64_t paths = paths_of_pass(scene, key.settings);
   const std::uint64_t blocks = (paths + kBlock - 1) / kBlock;
   Harvest harvest(scene.bounds);
   std::atomic<std::uint64_t> next = 0;

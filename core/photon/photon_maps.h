@@ -53,7 +53,10 @@ struct PhotonMaps {
   std::uint64_t memory_bytes = 0;
 };
 
-/// Emits `key.settings.photons_per_pass` paths, or the scene's `directed_share` of them, and indexes what they leave.
+/// How many paths a pass traces: `photons_per_pass`, or fewer where they are directed (PreparedScene::directed_share).
+std::uint64_t paths_of_pass(const PreparedScene& scene, const PhotonSettings& settings);
+
+/// Emits the paths of a pass and indexes what they leave.
 /// A pure function of scene and key: the bits do not depend on the execution. Errors: cancelled.
 Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene& scene, const MapKey& key,
                                                             const Execution& execution);

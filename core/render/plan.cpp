@@ -24,6 +24,13 @@ std::string label(const Material& material) {
   return material.name.empty() ? "an unnamed material" : "material '" + material.name + "'";
 }
 
+// "0.29 %", "3 %", "56 %"
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, share < 0.0995 ? "%.2g %%" : "%.0f %%", 100 * share);
+  return text;
+}
+
 // Whether photons may be gathered on it: neither clear glass nor polished metal all over.
 bool gathers(const Material& m) {
   if (m.transmission == 1 && !m.transmission_texture.used()) return false;
@@ -42,8 +49,10 @@ void note_material(const Material& m, Features& features) {
   features.surfaces = true;
 }
 
-Features find_features(const Scene& scene) {
+Features find_features(const PreparedScene& prepared) {
+  const Scene& scene = prepared.scene;
   Features features;
+  features.receivers = prepared.shares_gloss;
   features.bounded_light = !scene.lights.empty();
   std::vector<bool> seen(scene.materials.size(), false);
   for (const Instance& instance : scene.instances) {
@@ -85,9 +94,8 @@ PlanItem choose_method(const Features& features, bool sun, Method& method) {
 }
 
 PlanItem domain_item(const DomainFinding& domain, bool uses_maps) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%.2g %% of the paths that leave lamps meet a surface; %.2g %% go where they may",
-                100 * domain.meeting, 100 * domain.share);
+  const std::string text = percent(domain.meeting) + " of the paths that leave lamps meet a surface; " +
+                           percent(domain.share) + " go where they may";
   return {"emission_domain", domain.active && uses_maps,
           !domain.emitters ? "no surface emits light"
           : !uses_maps     ? "the method stores no photons"
@@ -95,20 +103,19 @@ PlanItem domain_item(const DomainFinding& domain, bool uses_maps) {
 }
 
 PlanItem paths_item(double share, bool uses_maps) {
-  char text[120];
-  std::snprintf(text, sizeof text, "since paths are directed, %.2g %% as many are traced in a pass", 100 * share);
+  const std::string text = "since paths are directed, " + percent(share) + " as many are traced in a pass";
   return {"fewer_paths", share < 1 && uses_maps,
           !uses_maps ? "the method stores no photons" : share < 1 ? text : "paths leave lights in all directions"};
 }
 
 PlanItem aim_item(const AimFinding& aim, bool uses_maps) {
-  char text[200];
+  std::string text;
   if (aim.active) {
-    std::snprintf(text, sizeof text, "%.2g %% of a light's paths are aimed at casters: %.2g %% of these reach photons' "
-                  "receivers by way of one, %.2g %% of the others", 100 * aim.share, 100 * aim.aimed, 100 * aim.ordinary);
+    text = percent(aim.share) + " of a light's paths are aimed at casters: " + percent(aim.aimed) +
+           " of these reach photons' receivers by way of one, " + percent(aim.ordinary) + " of the others";
   } else {
-    std::snprintf(text, sizeof text, "%.2g %% of the ordinary paths of a light reach photons' receivers by way of a "
-                  "caster, %.2g %% of those aimed at it", 100 * aim.ordinary, 100 * aim.aimed);
+    text = percent(aim.ordinary) + " of the ordinary paths of a light reach photons' receivers by way of a caster, " +
+           percent(aim.aimed) + " of those aimed at it";
   }
   return {"aim_map", aim.active && uses_maps,
           !aim.casters   ? "no caster to aim at"
@@ -156,8 +163,7 @@ Status check_radius(float radius, const Bounds3& bounds) {
 Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& settings, const Execution& execution) {
   if (execution.cancelled()) return cancelled();
   if (const Status fine = check_radius(settings.radius, scene.bounds); !fine) return fine.error();
-  Features features = find_features(scene.scene);
-  features.receivers = features.receivers || scene.shares_gloss;
+  const Features features = find_features(scene);
   Plan plan;
   plan.method = settings.method;
   plan.items.push_back(choose_method(features, scene.lights.environment_casts(), plan.method));

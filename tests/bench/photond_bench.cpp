@@ -18,11 +18,20 @@ struct Row {
   double bytes_per_photon = 0;
 };
 
-// The recorded rays of a pass, block by block as they were traced.
+// The paths of a pass, block by block.
+template <class Body>
+void for_blocks(const PreparedScene& scene, const MapKey& key, const Execution& execution, const Body& body) {
+  const std::uint64_t paths = paths_of_pass(scene, key.settings);
+  parallel_for(execution, (paths + kBlock - 1) / kBlock, 1,
+               [&](std::size_t i) { body(i, i * kBlock, std::min(paths, (i + 1) * kBlock)); });
+}
+
+// Their rays.
 std::vector<std::vector<Ray>> record(const PreparedScene& scene, const MapKey& key, const Execution& execution) {
-  std::vector<std::vector<Ray>> rays((key.settings.photons_per_pass + kBlock - 1) / kBlock);
-  parallel_for(execution, rays.size(), 1,
-               [&](std::size_t i) { shoot(scene, key, i * kBlock, (i + 1) * kBlock, &rays[i]); });
+  std::vector<std::vector<Ray>> rays((paths_of_pass(scene, key.settings) + kBlock - 1) / kBlock);
+  for_blocks(scene, key, execution, [&](std::size_t block, std::uint64_t first, std::uint64_t last) {
+    shoot(scene, key, first, last, &rays[block]);
+  });
   return rays;
 }
 
@@ -37,9 +46,10 @@ double bare_intersection(const Accel& accel, const std::vector<std::vector<Ray>>
   return std::isfinite(sums[0]) ? time : 0;
 }
 
-double shooting(const PreparedScene& scene, const MapKey& key, std::size_t blocks, const Execution& execution) {
+double shooting(const PreparedScene& scene, const MapKey& key, const Execution& execution) {
   return seconds([&] {
-    parallel_for(execution, blocks, 1, [&](std::size_t i) { shoot(scene, key, i * kBlock, (i + 1) * kBlock); });
+    for_blocks(scene, key, execution,
+               [&](std::size_t, std::uint64_t first, std::uint64_t last) { shoot(scene, key, first, last); });
   });
 }
 
@@ -63,7 +73,7 @@ double queries_per_second(const PhotonMaps& maps, const Execution& execution) {
 
 Row measure(const PreparedScene& scene, std::uint32_t photons, int rounds, const Execution& execution) {
   MapKey key{scene.digest, {}, 0};
-  key.settings.photons_per_pass = photons / kBlock * kBlock;
+  key.settings.photons_per_pass = photons;
   const auto rays = record(scene, key, execution);
   const Result<Accel> tree = Accel::build(scene.scene, {});   // one for all triangles
   Row row;
@@ -71,7 +81,7 @@ Row measure(const PreparedScene& scene, std::uint32_t photons, int rounds, const
   for (int round = 0; round < rounds; ++round) {
     // Interleaved, so that a noisy neighbour hits both.
     const double bare = bare_intersection(*tree, rays, execution);
-    const double shot = shooting(scene, key, rays.size(), execution);
+    const double shot = shooting(scene, key, execution);
     const double built = seconds([&] { (void)build_photon_maps(scene, key, execution); });
     row.bare.push_back(static_cast<double>(row.rays) / bare / 1e6);
     row.shoot.push_back(static_cast<double>(row.rays) / shot / 1e6);
@@ -97,7 +107,7 @@ int main(int argc, char** argv) {
   int rounds = 7;
   int threads = 0;
   app.add_option("scenes", scenes, "GLB files; default: the samples");
-  app.add_option("--photons", photons, "paths emitted per round")->check(CLI::Range(2048, 100'000'000));
+  app.add_option("--photons", photons, "photons_per_pass of a round")->check(CLI::Range(2048, 100'000'000));
   app.add_option("--rounds", rounds)->check(CLI::Range(1, 1000));
   app.add_option("--threads", threads)->check(CLI::Range(0, 1024));
   CLI11_PARSE(app, argc, argv);

@@ -75,6 +75,18 @@ TEST(Plan, TellsThatDirectedPathsAreFewer) {
   EXPECT_FALSE(of(Method::path, "fewer_paths").active);
 }
 
+TEST(Plan, SharesAreWrittenOutInFull) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, true), test::add_material(scene, test::emitter(Rgb(1))));
+  const auto plan = make_plan(*test::prepared(scene), {.method = Method::progressive}, Execution{});
+  for (const PlanItem& item : plan->items) {
+    if (item.feature != "emission_domain") continue;
+    EXPECT_EQ(item.reason, "100 % of the paths that leave lamps meet a surface; 100 % go where they may");
+    return;
+  }
+  ADD_FAILURE() << "not told";
+}
+
 TEST(Plan, GathersOnGlossWhereItIsLitThroughGlass) {
   const Plan plan = plan_of_gloss(Method::automatic, 0.4f, true);
   EXPECT_EQ(plan.method, Method::progressive);   // paths would not find the point
