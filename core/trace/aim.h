@@ -21,6 +21,12 @@ struct Ball {
   float radius = 0;
 };
 
+/// Whether the ray from a point outside of the ball meets it.
+inline bool meets(const Ball& ball, const Vec3& point, const Vec3& direction) {
+  const Vec3 to_center = ball.center - point, beside = glm::cross(to_center, direction);
+  return glm::dot(beside, beside) <= ball.radius * ball.radius && glm::dot(direction, to_center) > 0;
+}
+
 /// 1 − cos of the half angle that a ball fills whose centre lies `to_center` away, 2 from inside; precise for far balls,
 /// too.
 inline float cap_height(const Vec3& to_center, float radius) {

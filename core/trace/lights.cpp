@@ -30,7 +30,7 @@ EmitterTriangle emitter_triangle(const Scene& scene, std::uint32_t instance, std
   return emitter;
 }
 
-double punctual_power(const PunctualLight& light, double disc_radius) {
+double punctual_power(const PunctualLight& light, const BoxLines& bounds) {
   const double intensity = mean(light.intensity);
   switch (light.type) {
     case LightType::point:
@@ -38,7 +38,7 @@ double punctual_power(const PunctualLight& light, double disc_radius) {
     case LightType::spot:
       return 2 * kPi * intensity * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) / 3.0);
     case LightType::directional:
-      return kPi * disc_radius * disc_radius * intensity;
+      return bounds.area(light.direction) * intensity;
   }
   return 0;
 }
@@ -46,8 +46,8 @@ double punctual_power(const PunctualLight& light, double disc_radius) {
 }  // namespace
 
 Lights::Lights(const Scene& scene, const Bounds3& bounds) {
-  center_ = bounds.empty() ? Vec3(0) : bounds.center();
-  radius_ = bounds.radius();
+  bounds_ = BoxLines(bounds);
+  ball_ = {bounds_.center(), 1.0001f * bounds.radius()};   // so that no direction is lost by rounding
   first_of_instance_.assign(scene.instances.size(), kNoLight);
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
@@ -55,19 +55,19 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
     add_triangles(scene, i);
   }
   for (std::uint32_t i = 0; i < scene.lights.size(); ++i) {
-    add({Light::Kind::punctual, 0, i}, punctual_power(scene.lights[i], radius_));
+    const PunctualLight& light = scene.lights[i];
+    add({Light::Kind::punctual, 0, i}, punctual_power(light, bounds_),
+        light.type == LightType::point ? share_towards_bounds(light.position) : 1);
   }
   if (scene.environment.active()) {
     environment_ = static_cast<std::int64_t>(lights_.size());
     environment_casts_ = photond::environment_casts(scene);
-    add({Light::Kind::environment, 0, 0}, 4.0 * kPi * kPi * radius_ * radius_ * scene.environment.mean());
+    add({Light::Kind::environment, 0, 0}, 4.0 * kPi * bounds_.mean_area() * scene.environment.mean());
   }
-  total_power_ = std::accumulate(powers_.begin(), powers_.end(), 0.0);
   if (lights_.empty()) return;
+  const double sum = std::accumulate(powers_.begin(), powers_.end(), 0.0);
   const double floor = kFloor / static_cast<double>(lights_.size());
-  for (double& power : powers_) {
-    power = total_power_ > 0 ? (1 - kFloor) * power / total_power_ + floor : floor;
-  }
+  for (double& power : powers_) power = sum > 0 ? (1 - kFloor) * power / sum + floor : floor;
   emission_choice_ = choice_ = AliasTable(powers_);
   powers_ = {};
   set_etendues(scene);
@@ -84,16 +84,27 @@ void Lights::set_etendues(const Scene& scene) {
 void Lights::set_domains(const Scene& scene, std::vector<EmissionDomain> domains) {
   domains_ = std::move(domains);
   std::vector<double> chances(lights_.size());
-  for (std::uint32_t i = 0; i < lights_.size(); ++i) {
-    chances[i] = static_cast<double>(choice_.pdf(i)) * static_cast<double>(i < domains_.size() ? domains_[i].share() : 1);
+  for (std::uint32_t i = 0; i < lights_.size(); ++i) chances[i] = static_cast<double>(choice_.pdf(i));
+  for (std::uint32_t i = 0; i < domains_.size(); ++i) {
+    sent_[i] = domains_[i].share();
+    chances[i] *= static_cast<double>(sent_[i]);
   }
   emission_choice_ = AliasTable(chances);
   set_etendues(scene);
 }
 
-void Lights::add(const Light& light, double power) {
+void Lights::add(const Light& light, double power, float sent) {
   lights_.push_back(light);
-  powers_.push_back(power);
+  sent_.push_back(sent);
+  powers_.push_back(power * static_cast<double>(sent));
+  total_power_ += power;
+}
+
+// Share of all directions from a point that a path may take to meet the scene's bounding sphere.
+float Lights::share_towards_bounds(const Vec3& point) const {
+  const float share = 0.5f * cap_height(ball_.center - point, ball_.radius);
+  constexpr float kLeast = 1e-30f;   // the inverse of what is less may be too large for a float
+  return share > kLeast ? share : 1;
 }
 
 void Lights::add_triangles(const Scene& scene, std::uint32_t instance) {
@@ -103,6 +114,7 @@ void Lights::add_triangles(const Scene& scene, std::uint32_t instance) {
     emitters_.push_back(emitter_triangle(scene, instance, t));
     add({Light::Kind::triangle, instance, t}, 0);
     powers_.back() = triangle_power(scene, static_cast<std::uint32_t>(lights_.size() - 1));
+    total_power_ += powers_.back();
   }
 }
 
@@ -160,14 +172,12 @@ float Lights::environment_etendue(float pdf, const Vec3& point, const Vec3& from
   return 1 / (emitted * line_pdf(point, from, aim_of(light), Aim::kNone));
 }
 
-// Density, per area across them, of the lines along `direction` that are emitted: through the disc that the scene's
-// bounding sphere fills, or aimed. Not zero for lines that meet the scene.
+// Density, per area across them, of the lines along `direction` that are emitted: through the scene's bounds, or aimed.
+// Not zero for lines that meet the scene.
 float Lights::line_pdf(const Vec3& point, const Vec3& direction, const Aim& aim, std::uint32_t drawn) const {
-  const float radius_sq = radius_ * radius_;
-  const float ordinary = kInvPi / radius_sq;
+  const float ordinary = 1 / bounds_.area(direction);
   if (aim.share() == 0) return ordinary;
-  const Vec3 beside = glm::cross(point - center_, direction);
-  const bool outside = drawn != Aim::kNone && glm::dot(beside, beside) > radius_sq;
+  const bool outside = drawn != Aim::kNone && !bounds_.meets(point, direction);
   return (outside ? 0 : (1 - aim.share()) * ordinary) + aim.share() * aim.pdf_a(point, direction, drawn);
 }
 

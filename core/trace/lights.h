@@ -9,6 +9,7 @@
 #include "core/math/rng.h"
 #include "core/scene/scene.h"
 #include "core/trace/aim.h"
+#include "core/trace/box_lines.h"
 #include "core/trace/emission_domain.h"
 #include "core/trace/surface.h"
 
@@ -119,17 +120,18 @@ struct LightGroup {
   std::uint32_t count = 1;
 };
 
-/// The emitters of a scene: chosen in proportion to power, with a floor that keeps dim lights alive.
+/// The emitters of a scene: chosen in proportion to the power that may meet it, with a floor that keeps dim lights alive.
+/// Light from infinity, and points outside of the scene's bounding sphere, are emitted towards its bounds only.
 class Lights {
  public:
   Lights() = default;
-  /// `bounds` are the world bounds of the scene: light from infinity is emitted through their sphere.
+  /// `bounds` are the world bounds of the scene.
   Lights(const Scene& scene, const Bounds3& bounds);
 
   bool empty() const { return lights_.empty(); }
   std::size_t size() const { return lights_.size(); }
-  /// Sum of the lights' power in W, mean over RGB; exact but for emitters of textures or alpha (sampled) and environment
-  /// maps (means of four texels).
+  /// Sum of the lights' power in W, mean over RGB, of light from infinity what meets the bounds; exact but for emitters of
+  /// textures or alpha (sampled) and environment maps (their mean for all directions).
   double total_power() const { return total_power_; }
 
   /// A direction towards a light from `point`; black radiance where the light does not shine there. Visibility is
@@ -185,7 +187,7 @@ class Lights {
   /// From now on paths leave emissive triangles from within these domains, one for each.
   void set_domains(const Scene& scene, std::vector<EmissionDomain> domains);
   /// What a path that leaves the light stands for beside what it carries, in terms of that: light that meets nothing.
-  float unsent(std::uint32_t light) const { return light < domains_.size() ? 1 / domains_[light].share() - 1 : 0; }
+  float unsent(std::uint32_t light) const { return 1 / sent_[light] - 1; }
 
   /// Asks the cache for a light.
   void prefetch(std::uint32_t light) const {
@@ -202,7 +204,8 @@ class Lights {
  private:
   static constexpr std::uint32_t kNoLight = 0xffffffff;
 
-  void add(const Light& light, double power);
+  void add(const Light& light, double power, float sent = 1);
+  float share_towards_bounds(const Vec3& point) const;
   void add_triangles(const Scene& scene, std::uint32_t instance);
   // What texture and alpha leave of the emission at a point of an emissive triangle, and the radiance that leaves it on
   // its front or back.
@@ -214,7 +217,7 @@ class Lights {
   const Aim& aim_of(std::uint32_t light) const { return aims_[aim_of_.empty() ? 0 : aim_of_[light]]; }
   void share_aimed(const Scene& scene, std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const;
   EmissionSample emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const;
-  EmissionSample emit_point(const PunctualLight& light, float choice, const Aim& aim, Rng& rng) const;
+  EmissionSample emit_point(const PunctualLight& light, float choice, float sent, const Aim& aim, Rng& rng) const;
   const EmissionDomain& domain_of(const Scene& scene, std::uint32_t light) const;
   Ray ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, float& pdf_a) const;
   float triangle_etendue(std::uint32_t light, const Vec3& point, const Vec3& direction, const Aim& aim,
@@ -225,7 +228,8 @@ class Lights {
 
   std::vector<Light> lights_;                     // triangles first
   std::vector<EmitterTriangle> emitters_;         // one for each of the triangles among lights_
-  std::vector<double> powers_;
+  std::vector<double> powers_;                    // of each light, towards the scene
+  std::vector<float> sent_;                       // share of its power that its paths carry
   AliasTable choice_;                             // for light that is sampled from where it arrives
   AliasTable emission_choice_;                    // for paths that leave lights
   std::vector<EmissionDomain> domains_;           // for each emitter; empty where all are whole
@@ -234,8 +238,8 @@ class Lights {
   bool environment_casts_ = false;
   std::vector<Aim> aims_ = {Aim()};               // the first is none
   std::vector<std::uint32_t> aim_of_;             // for each light, into aims_; empty where none aims
-  Vec3 center_{0};
-  float radius_ = 0;
+  BoxLines bounds_;
+  Ball ball_;                                     // around them
   double total_power_ = 0;
 };
 

@@ -115,20 +115,19 @@ Ray Lights::ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, f
   if (aim.draw(rng)) {
     drawn = aim.choose(rng.next());
     place = aim.place(direction, drawn, rng.next2());
-    place -= glm::dot(place - center_, direction) * direction;
+    place -= glm::dot(place - bounds_.center(), direction) * direction;
   } else {
-    const Frame frame(direction);
-    const Vec2 d = square_to_disk(rng.next2()) * radius_;
-    place = center_ + d.x * frame.s + d.y * frame.t;
+    const Vec2 u = rng.next2();
+    place = bounds_.sample(direction, {u, rng.next()});
   }
   pdf_a = line_pdf(place, direction, aim, drawn);
   // Twice the radius away: outside the sphere whatever rounding does.
-  return {place - 2 * radius_ * direction, direction};
+  return {place - 2 * ball_.radius * direction, direction};
 }
 
-EmissionSample Lights::emit_point(const PunctualLight& light, float choice, const Aim& aim, Rng& rng) const {
+EmissionSample Lights::emit_point(const PunctualLight& light, float choice, float sent, const Aim& aim, Rng& rng) const {
   const bool spot = light.type == LightType::spot;
-  const float cone_pdf = spot ? square_to_cone_pdf(light.cos_outer) : kSpherePdf;
+  const float ordinary = spot ? square_to_cone_pdf(light.cos_outer) : kSpherePdf / sent;
   std::uint32_t drawn = Aim::kNone;
   Vec3 direction;
   if (aim.draw(rng)) {
@@ -136,14 +135,19 @@ EmissionSample Lights::emit_point(const PunctualLight& light, float choice, cons
     direction = aim.direction(light.position, drawn, rng.next2());
   } else if (spot) {
     direction = Frame(light.direction).to_world(square_to_cone(rng.next2(), light.cos_outer));
+  } else if (sent < 1) {
+    direction = square_to_ball(rng.next2(), ball_.center - light.position, ball_.radius);
   } else {
     direction = square_to_sphere(rng.next2());
   }
   const float cosine = glm::dot(direction, light.direction);
-  if (spot && drawn != Aim::kNone && cosine < light.cos_outer) return {{light.position, direction}};
-  float pdf_w = cone_pdf;
+  if (drawn != Aim::kNone) {
+    const bool sent_there = spot ? cosine >= light.cos_outer : sent == 1 || meets(ball_, light.position, direction);
+    if (!sent_there) return {{light.position, direction}};
+  }
+  float pdf_w = ordinary;
   if (aim.share() > 0) {
-    pdf_w = (1 - aim.share()) * cone_pdf + aim.share() * aim.pdf_w(light.position, direction, drawn);
+    pdf_w = (1 - aim.share()) * ordinary + aim.share() * aim.pdf_w(light.position, direction, drawn);
   }
   return {{light.position, direction}, light.intensity * (light.attenuation(cosine) / (pdf_w * choice))};
 }
@@ -160,7 +164,7 @@ EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, 
     return {ray, from.radiance * etendue, environment_casts_ ? etendue : kInfinity};
   }
   const PunctualLight& source = scene.lights[light.index];
-  if (source.type != LightType::directional) return emit_point(source, choice, aim, rng);
+  if (source.type != LightType::directional) return emit_point(source, choice, sent_[index], aim, rng);
   const Ray ray = ray_from_infinity(source.direction, aim, rng, pdf_a);
   return {ray, source.intensity / (pdf_a * choice)};
 }

@@ -134,6 +134,8 @@ std::vector<std::pair<std::string, Scene>> lit_scenes() {
     scenes.emplace_back("light of type " + std::to_string(static_cast<int>(type)), small_glass());
     scenes.back().second.lights.push_back(lamp(type));
   }
+  scenes.emplace_back("a far point", small_glass());
+  test::add_point_light(scenes.back().second, {100, 300, 50}, Rgb(1e4f));
   for (const bool both : {false, true}) {
     scenes.emplace_back(both ? "a sheet" : "a lamp", small_glass());
     Material m = test::emitter({3, 2, 1});

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -119,6 +120,42 @@ TEST(Lights, SpotEmitsOnlyIntoItsCone) {
   });
   // 2π I [(1 − cᵢ) + (cᵢ − cₒ)/3].
   EXPECT_TRUE(test::agrees(flux, 2 * kPi * ((1 - 0.9) + (0.9 - spot.cos_outer) / 3)));
+}
+
+// A square below one corner of which a point hangs, at heights inside and outside of the bounding sphere.
+TEST(Lights, PathsOfFarPointsLeaveTowardsTheScene) {
+  for (const float height : {0.5f, 3.0f, 100.0f, 1e6f}) {
+    Scene scene = test::empty_scene();
+    test::add_mesh(scene, test::parallelogram({0, 0, 0}, {0, 0, 2}, {2, 0, 0}), test::add_material(scene, test::lambert(Rgb(1))));
+    test::add_point_light(scene, {0, height, 0}, Rgb(5));
+    const auto prepared = test::prepared(std::move(scene));
+    const Lights& lights = prepared->lights;
+    double met = 0, sent = 0;
+    const test::Sample flux = test::draw(200'000, [&](Rng& rng) {
+      const EmissionSample s = lights.sample_emission(prepared->scene, rng);
+      sent += static_cast<double>(s.flux.x) * (1 + static_cast<double>(lights.unsent(0))) / 200'000;
+      const bool found = prepared->accel.intersect(s.ray).found();
+      met += found ? 1.0 / 200'000 : 0;
+      return found ? static_cast<double>(s.flux.x) : 0;
+    });
+    // Solid angle of a rectangle from above its corner: atan(ab / (h √(a² + b² + h²))).
+    const double h = static_cast<double>(height);
+    EXPECT_TRUE(test::agrees(flux, 5 * std::atan(4 / (h * std::sqrt(8 + h * h))))) << height;
+    EXPECT_NEAR(sent, 20 * kPi, 1e-4 * 20 * kPi) << height;
+    EXPECT_NEAR(lights.total_power(), 20 * kPi, 1e-5 * 20 * kPi) << height;
+    // From far away its square of 4 m² fills as much of the sphere's disc of 2π m² as there is across.
+    EXPECT_TRUE(height < 100 || std::abs(met - 2 / kPi) < 0.01) << height << ": " << met;
+  }
+}
+
+// What arrives decides: of two points that light a place alike, neither is chosen more often for being far and strong.
+TEST(Lights, FarPointsAreChosenByWhatArrives) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::parallelogram({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}), test::add_material(scene, test::lambert(Rgb(1))));
+  test::add_point_light(scene, {0, 20, 0}, Rgb(1));
+  test::add_point_light(scene, {0, 2000, 0}, Rgb(1e4f));
+  const auto prepared = test::prepared(std::move(scene));
+  EXPECT_NEAR(prepared->lights.probability(0), 0.5, 0.005);
 }
 
 TEST(Lights, DimLightsKeepAFloor) {
