@@ -60,7 +60,7 @@ void close_if_complete(Film& film, std::uint32_t index, const Execution& executi
 
 bool fits(const Bands& bands) {
   for (int j = 0; j < kBands; ++j) {
-    if (!fits(bands.value[j]) || !(bands.variance[j] < kLargestSummand)) return false;
+    if (!fits(bands.value[j]) || std::isnan(bands.variance[j])) return false;
   }
   return true;
 }
@@ -76,6 +76,12 @@ void add(Film::BandSums* sums, std::span<const Bands> bands) {
   add(reinterpret_cast<ExactSum*>(sums), reinterpret_cast<const float*>(bands.data()), kNumbers * bands.size());
 }
 
+// Noise beyond what fits is told too small: there is light all the same.
+void bound_variance(Bands& bands) {
+  constexpr float kMost = kLargestSummand * (1 - 0x1p-24f);
+  for (float& variance : bands.variance) variance = std::min(variance, kMost);
+}
+
 // Adds row y of a pass, black where its values do not fit. Returns how many do not.
 std::uint64_t add_row(Film& film, Film::Sums& sum, const PassImage& image, std::size_t y) {
   const auto width = static_cast<std::size_t>(film.width);
@@ -86,7 +92,9 @@ std::uint64_t add_row(Film& film, Film::Sums& sum, const PassImage& image, std::
   if (!image.bands.empty()) bands.assign(&image.bands[first], &image.bands[first] + width);
   std::uint64_t rejected = 0;
   for (std::size_t i = 0; i < width; ++i) {
-    if (fits(radiance[i]) && (bands.empty() || fits(bands[i]))) continue;
+    const bool fine = fits(radiance[i]) && (bands.empty() || fits(bands[i]));
+    if (!bands.empty()) bound_variance(bands[i]);
+    if (fine) continue;
     radiance[i] = Rgb(0);
     if (!bands.empty()) bands[i] = {};
     ++rejected;

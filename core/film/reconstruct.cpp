@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <vector>
 
 #include "core/film/rows.h"
@@ -109,6 +110,36 @@ struct BandPicture {
   }
 };
 
+// Means over windows, of the pixels where photons were gathered: what lies beside those, as the sky does, has neither light
+// nor error of theirs, and takes none from them.
+class GatheredMeans {
+ public:
+  // By the energy of the coarsest band, which no photon of a finer one is without.
+  GatheredMeans(const Film& film, const Plane& energy, const Execution& execution)
+      : film_(film), execution_(execution), gathered_(energy.size()) {
+    for (std::size_t i = 0; i < energy.size(); ++i) gathered_[i] = energy[i] > 0 ? 1.0f : 0.0f;
+    everywhere_ = std::find(gathered_.begin(), gathered_.end(), 0.0f) == gathered_.end();
+  }
+
+  void take(std::initializer_list<Plane*> planes, int half) const {
+    for (Plane* plane : planes) smooth(*plane, film_, half, execution_);
+    if (everywhere_) return;
+    Plane share(gathered_.size());
+    std::copy(gathered_.begin(), gathered_.end(), share.begin());
+    smooth(share, film_, half, execution_);
+    for_pixels(film_, execution_, [&](std::size_t i) {
+      const float scale = gathered_[i] > 0 ? 1 / share[i] : 0;
+      for (Plane* plane : planes) (*plane)[i] *= scale;
+    });
+  }
+
+ private:
+  const Film& film_;
+  const Execution& execution_;
+  Plane gathered_;             // 1 where they were, else 0
+  bool everywhere_ = false;
+};
+
 // What a pixel gets of its bands, from the coarsest on, and what it does not.
 struct Mixture {
   float share = 1;   // of the last one
@@ -151,9 +182,9 @@ Reconstruction reconstruct(const Film& film, const Execution& execution) {
   if (film.bands.empty()) return picture;
 
   BandPicture bands(film, execution);
+  const GatheredMeans means(film, bands.energy[0], execution);
   for (int band = 0; band < kBands; ++band) {
-    smooth(bands.energy[band], film, kHalfWindow[band], execution);
-    smooth(bands.variance[band], film, kHalfWindow[band], execution);
+    means.take({&bands.energy[band], &bands.variance[band]}, kHalfWindow[band]);
   }
   Plane variance(pixels), left_energy(pixels), left_variance(pixels);
   for_pixels(film, execution, [&](std::size_t i) {
@@ -166,8 +197,7 @@ Reconstruction reconstruct(const Film& film, const Execution& execution) {
     left_energy[i] = glm::dot(mixture.left_out, mixture.left_out);
     left_variance[i] = mixture.left_variance;
   });
-  smooth(left_energy, film, kHalfBiasWindow, execution);
-  smooth(left_variance, film, kHalfBiasWindow, execution);
+  means.take({&left_energy, &left_variance}, kHalfBiasWindow);
   for_pixels(film, execution, [&](std::size_t i) {
     picture.variance[i] = by_channel(variance[i], picture.mean[i]);
     picture.bias_sq[i] = by_channel(left_energy[i] - left_variance[i], picture.mean[i]);

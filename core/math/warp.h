@@ -18,6 +18,13 @@ inline Vec3 choose(bool condition, const Vec3& a, const Vec3& b) {
   return {choose(condition, a.x, b.x), choose(condition, a.y, b.y), choose(condition, a.z, b.z)};
 }
 
+/// u + shift modulo 1. Exact for multiples of 2⁻²⁴ as random numbers are: a sum beyond 1 would lose the last bit, by which
+/// one of many lights is chosen.
+inline Vec3 shifted(const Vec3& u, const Vec3& shift) {
+  const Vec3 rest = 1.0f - shift;
+  return glm::mix(u - rest, u + shift, glm::lessThan(u, rest));
+}
+
 /// sin and cos of |x| ≤ π/4 to float precision (Taylor; the terms left out are below 3·10⁻⁸).
 inline float sin_eighth(float x) {
   const float s = x * x;

@@ -124,7 +124,7 @@ class Shooter {
     walk.etendue = emission.etendue;
     walk.depth = 0;
     walk.map = kCaustic;
-    walk.medium = {};
+    walk.medium = scene_.light_media.empty() ? Medium() : scene_.light_media[light];
     const bool finite = std::isfinite(power);
     const float unsent = finite ? power * scene_.lights.unsent(light) : 0;
     block_.ledger.emitted += power;
@@ -260,7 +260,7 @@ class Shooter {
   // From the ray's end off the surface again; false where the path ends.
   bool scatter(Walk& walk, const Hit& hit, const SurfacePoint& surface) {
     if (walk.medium.active() || surface.material->transmission > 0) {
-      carry(walk, walk.flux * walk.medium.transmittance(surface, hit.t));
+      carry(walk, walk.flux * walk.medium.transmittance(scene_.scene, surface, hit.t));
     }
     const Vec3 wi = -walk.ray.direction;
     const Bsdf bsdf(scene_.scene, surface, wi);
@@ -284,7 +284,7 @@ class Shooter {
       return false;
     }
     if ((sample->lobe & gathered) != 0) walk.map = kGlobal;
-    walk.medium.cross(surface, *sample);
+    walk.medium.cross(scene_.scene, surface, *sample);
     if (sample->transmitted) walk.etendue /= compression(*surface.material, surface.front);
     walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);
     walk.ray.direction = sample->wi;

@@ -22,14 +22,14 @@ float hit_weight(const CameraPath& path, float pdf_direct) {
   return path.last_pdf == 0 ? 1 : power_heuristic(path.last_pdf, pdf_direct);
 }
 
-void continue_by(CameraPath& path, const SurfacePoint& surface, const BsdfSample& sample, float share) {
+void continue_by(const Scene& scene, CameraPath& path, const SurfacePoint& surface, const BsdfSample& sample, float share) {
   path.throughput *= sample.weight * share;
   if (sample.transmitted) {
     path.compression *= compression(*surface.material, surface.front);
     path.ratio *= compression(*surface.material, surface.front);
   }
   path.chained = path.shared;
-  path.medium.cross(surface, sample);
+  path.medium.cross(scene, surface, sample);
   path.last_pdf = sample.pdf_w;
   path.ray = spawn_ray(surface, sample.wi);
 }
@@ -49,7 +49,7 @@ Lobes divide(const Bsdf& bsdf, Technique technique) {
 // From the ray's end off the surface again; false where the path ends.
 bool Bounces::advance(Walk& walk, const Hit& hit, const SurfacePoint& surface) {
   CameraPath& path = walk.path;
-  path.throughput *= path.medium.transmittance(surface, hit.t);
+  path.throughput *= path.medium.transmittance(scene_.scene, surface, hit.t);
   add_emission(walk, surface, hit.t);
   // The last bounce's light may be found here as well as by sampling it from there: only now the path is cut.
   if (path.depth == settings_.max_depth) {
@@ -129,7 +129,7 @@ void Bounces::gather(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, 
   const auto sample = bsdf.sample(Vec3(walk.rng.next4()), mask, Transport::radiance);
   if (!sample) return;
   Walk& branch = branch_off(walk);
-  continue_by(branch.path, surface, *sample, 1);
+  continue_by(scene_.scene, branch.path, surface, *sample, 1);
   branch.path.gathering = true;
 }
 
@@ -148,7 +148,7 @@ bool Bounces::follow(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, 
   const LobeMask mask = scatters ? lobes.gathered : lobes.followed;
   const auto sample = bsdf.sample(Vec3(u), mask, Transport::radiance);
   if (!sample) return false;
-  continue_by(path, surface, *sample, 1 / chosen);
+  continue_by(scene_.scene, path, surface, *sample, 1 / chosen);
   path.last_pdf *= chosen;
   if (scatters) {
     path.scattered = true;
@@ -168,8 +168,8 @@ bool Bounces::follow(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, 
 bool Bounces::follow_both(Walk& walk, const SurfacePoint& surface, const Bsdf& bsdf, float reflected) {
   const auto reflection = bsdf.sample({0, 0, 0}, kGlassLobe, Transport::radiance);
   const auto refraction = bsdf.sample({0, 0, 0x1.fffffep-1f}, kGlassLobe, Transport::radiance);
-  if (reflection) continue_by(branch_off(walk).path, surface, *reflection, reflected);
-  if (refraction) continue_by(walk.path, surface, *refraction, 1 - reflected);
+  if (reflection) continue_by(scene_.scene, branch_off(walk).path, surface, *reflection, reflected);
+  if (refraction) continue_by(scene_.scene, walk.path, surface, *refraction, 1 - reflected);
   return refraction.has_value();
 }
 

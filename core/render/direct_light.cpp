@@ -47,7 +47,7 @@ Incoming sample_light(const Receiver& r, const Vec3& u) {
   const Ray ray = light.infinite ? Ray{from, light.wi} : Ray{from, light.target - from, 1};
   Rgb contribution = r.path.throughput * f * light.radiance * std::abs(glm::dot(light.wi, r.surface.ns));
   if (r.path.medium.active() && !light.infinite) {
-    contribution *= r.path.medium.transmittance(glm::distance(from, light.target));
+    contribution *= r.path.medium.transmittance(r.scene.scene, glm::distance(from, light.target));
   }
   return {ray, contribution};
 }
@@ -69,7 +69,7 @@ void sample_direct_light(const PreparedScene& scene, const CameraPath& path, con
   if (!ends || path.gathering) return add(u, 1);
   // A path that ends in photons has cost much and sees light once: several points of the lights, evenly spread.
   static constexpr Vec3 kShifts[] = {{0, 0, 0}, {0.5f, 0.5f, 0.25f}, {0.25f, 0.75f, 0.5f}, {0.75f, 0.25f, 0.75f}};
-  for (const Vec3& shift : kShifts) add(glm::fract(u + shift), 1.0f / std::size(kShifts));
+  for (const Vec3& shift : kShifts) add(shifted(u, shift), 1.0f / std::size(kShifts));
 }
 
 }  // namespace photond

@@ -7,7 +7,7 @@
 
 namespace photond {
 
-void PathLanes::begin(std::uint32_t k, const Ray& camera_ray, const CameraSampler& sampler, std::uint32_t index) {
+void PathLanes::begin(std::uint32_t k, const Ray& camera_ray, const CameraSampler& sampler, std::uint32_t index, const Medium& start) {
   ray.set(k, camera_ray);
   throughput.set(k, Rgb(1));
   compression[k] = 1;
@@ -15,7 +15,7 @@ void PathLanes::begin(std::uint32_t k, const Ray& camera_ray, const CameraSample
   depth[k] = 0;
   samplers.set(k, sampler);
   sample[k] = index;
-  medium[k] = {};
+  medium[k] = start;
 }
 
 Walk PathLanes::walk(std::uint32_t k) const {

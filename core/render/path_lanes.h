@@ -28,7 +28,8 @@ struct alignas(64) PathLanes {
   Vec3Lanes light;                   ///< times throughput
 
   /// Begins a path in lane k.
-  void begin(std::uint32_t k, const Ray& camera_ray, const CameraSampler& sampler, std::uint32_t index);
+  void begin(std::uint32_t k, const Ray& camera_ray, const CameraSampler& sampler, std::uint32_t index,
+             const Medium& start);
   /// The path in lane k.
   Walk walk(std::uint32_t k) const;
   /// Puts one there.

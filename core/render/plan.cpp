@@ -38,11 +38,16 @@ bool gathers(const Material& m) {
   return !metal || m.roughness * m.roughness >= kGatherAlpha;
 }
 
-void note_material(const Material& m, Features& features) {
-  if (features.caster.empty() && casts_caustics(m)) {
-    features.caster = label(m) + (m.transmission > 0 ? " transmits light" : " is a polished metal");
-  }
-  features.absorption = features.absorption || (m.transmission > 0 && Medium::absorbs(m));
+// Why light that it throws on others is found by chance only, or never; empty where it is not.
+std::string casting(const Scene& scene, const Material& m) {
+  if (casts_caustics(scene, m)) return label(m) + (m.transmission > 0 ? " transmits light" : " is a polished metal");
+  if (!scene.lights.empty() && mirrors_points(scene, m)) return label(m) + " mirrors lights that are points";
+  return {};
+}
+
+void note_material(const Scene& scene, const Material& m, Features& features) {
+  if (features.caster.empty()) features.caster = casting(scene, m);
+  features.absorption = features.absorption || Medium::absorbs(m);
   features.alpha = features.alpha || m.alpha_mode != AlphaMode::opaque;
   features.bounded_light = features.bounded_light || m.emissive();
   features.receivers = features.receivers || gathers(m);
@@ -57,7 +62,7 @@ Features find_features(const PreparedScene& prepared) {
   std::vector<bool> seen(scene.materials.size(), false);
   for (const Instance& instance : scene.instances) {
     const std::uint32_t material = scene.meshes[instance.mesh].material;
-    if (!seen[material]) note_material(scene.materials[material], features);
+    if (!seen[material]) note_material(scene, scene.materials[material], features);
     seen[material] = true;
   }
   return features;

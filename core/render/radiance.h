@@ -9,6 +9,7 @@
 #include "core/photon/guide.h"
 #include "core/photon/photon_maps.h"
 #include "core/render/camera_sampler.h"
+#include "core/trace/medium.h"
 
 namespace photond {
 
@@ -36,6 +37,7 @@ struct RadianceSettings {
   float pixel_spread = 0;                ///<   + pixel_spread · the path's length
   std::uint32_t nearest = 64;            ///< k
   std::uint32_t max_depth = 65'536;      ///< bounces of a path
+  Medium start;                          ///< the volumes around the rays' origins
 };
 
 /// An estimate of radiance in W·m⁻²·sr⁻¹.

@@ -8,6 +8,7 @@
 #include "core/photon/radius.h"
 #include "core/render/film_rays.h"
 #include "core/render/pilot.h"
+#include "core/trace/enclosing.h"
 
 namespace photond {
 
@@ -44,6 +45,7 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
   settings.pilot_share = pilot_share(task.photons);
   settings.nearest = task.settings.gather_photons;
   settings.max_depth = task.settings.max_depth;
+  settings.start = task.start;
   if (!task.plan.uses_maps) return settings;
   if (task.plan.method != Method::photon_map) {
     settings.technique = task.plan.method == Method::hybrid ? Technique::merge : Technique::density;
@@ -118,7 +120,8 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
   if (Status status = check_settings(photons, settings, any); !status) return status.error();
   Result<Plan> plan = make_plan(*scene, settings, execution);
   if (!plan) return plan.error();
-  RenderTask task{std::move(scene), std::move(moved), photons, settings, std::move(plan).value(), nullptr};
+  RenderTask task{std::move(scene), std::move(moved), photons, settings, std::move(plan).value(), nullptr, {}};
+  task.start = enclosing(task.scene->scene, task.scene->accel, Vec3(task.camera.to_world[3]));
   if (task.plan.uses_maps) {
     auto guide = guides(*task.scene, guide_key(task.scene->digest, photons), execution);
     if (!guide) return guide.error();

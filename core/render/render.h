@@ -25,6 +25,7 @@ struct RenderTask {
   RenderSettings settings;
   Plan plan;                 ///< of make_plan(*scene, settings)
   std::shared_ptr<const GatherGuide> guide;   ///< null where no photons are gathered
+  Medium start;              ///< the volumes around the camera
 };
 
 /// Checks the settings and makes the plan. `camera` stands in the file's coordinates. Where photons are gathered it asks

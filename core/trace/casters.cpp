@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "core/trace/gathered.h"
@@ -58,11 +59,46 @@ std::pair<Cluster, Cluster> split(const Cluster& cluster) {
 
 float area(const Ball& ball) { return ball.radius * ball.radius; }
 
+// From here on a surface counts as metal.
+constexpr float kMetal = 0.5f;
+
+float alpha(float roughness) { return roughness * roughness; }
+
+template <class Texel>
+float lowest_roughness(const Material& m, std::span<const Texel> texels, float metallic) {
+  constexpr std::size_t kTexels = 1 << 20;
+  constexpr float kScale = 1.0f / std::numeric_limits<Texel>::max();
+  const std::size_t count = texels.size() / 4, step = (count + kTexels - 1) / kTexels;
+  float lowest = kInfinity;
+  for (std::size_t i = 0; i < count; i += step) {
+    const bool is_metal = m.metallic * kScale * static_cast<float>(texels[4 * i + 2]) >= metallic;
+    if (is_metal) lowest = std::min(lowest, m.roughness * kScale * static_cast<float>(texels[4 * i + 1]));
+  }
+  return lowest;
+}
+
+// Which materials are such as `is` says.
+template <class Is>
+std::vector<bool> materials_that(const Scene& scene, const Is& is) {
+  std::vector<bool> such;
+  for (const Material& material : scene.materials) such.push_back(is(material));
+  return such;
+}
+
+// Whether a surface of such a material is in the scene.
+template <class Is>
+bool any_surface(const Scene& scene, const Is& is) {
+  const std::vector<bool> such = materials_that(scene, is);
+  return std::any_of(scene.instances.begin(), scene.instances.end(),
+                     [&](const Instance& instance) { return such[scene.meshes[instance.mesh].material]; });
+}
+
 std::vector<Piece> caster_pieces(const Scene& scene) {
+  const std::vector<bool> bundles = materials_that(scene, [&](const Material& m) { return bundles_light(scene, m); });
   std::vector<Piece> pieces;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
-    if (!bundles_light(scene.materials[mesh.material])) continue;
+    if (!bundles[mesh.material]) continue;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       const TriangleVertices v = triangle_vertices(scene, i, t);
       pieces.push_back({v.a, v.b, v.c});
@@ -73,28 +109,38 @@ std::vector<Piece> caster_pieces(const Scene& scene) {
 
 }  // namespace
 
-bool bundles_light(const Material& m) {
-  const bool polished = m.roughness * m.roughness < kGatherAlpha || m.metallic_roughness_texture.used();
-  return m.transmission > 0 || (m.metallic >= 0.5f && polished);
+float lowest_roughness(const Scene& scene, const Material& m, float metallic) {
+  if (m.metallic < metallic) return kInfinity;
+  if (!m.metallic_roughness_texture.used()) return m.roughness;
+  const TextureImage& image = scene.images[scene.textures[m.metallic_roughness_texture.texture].image];
+  return image.u16.empty() ? lowest_roughness(m, std::span(image.u8), metallic)
+                           : lowest_roughness(m, std::span(image.u16), metallic);
 }
 
-bool casts_caustics(const Material& m) {
+bool bundles_light(const Scene& scene, const Material& m) {
+  return m.transmission > 0 || alpha(lowest_roughness(scene, m, kMetal)) < kGatherAlpha;
+}
+
+bool casts_caustics(const Scene& scene, const Material& m) {
   // From this roughness on a highlight is too wide to be a caustic that only photons find.
   constexpr float kRough = 0.5f;
-  return m.transmission > 0 || (m.metallic >= 0.5f && m.roughness < kRough);
+  return m.transmission > 0 || lowest_roughness(scene, m, kMetal) < kRough;
+}
+
+bool mirrors_points(const Scene& scene, const Material& m) {
+  return !m.bare_diffuse() && alpha(lowest_roughness(scene, m, 0)) < kSmoothAlpha;
 }
 
 bool lights_gloss(const Scene& scene) {
-  bool caster = false, gloss = false;
-  for (const Instance& instance : scene.instances) {
-    const Material& m = scene.materials[scene.meshes[instance.mesh].material];
-    const bool textured = m.metallic_roughness_texture.used();
-    const float alpha = m.roughness * m.roughness;
-    caster = caster || m.transmission > 0 || (m.metallic >= 0.5f && alpha < kSmoothAlpha && !textured);
-    const bool glossy = textured || (alpha >= kSmoothAlpha && alpha < kGatherAlpha);
-    gloss = gloss || (glossy && m.transmission < 1 && !m.bare_diffuse());
-  }
-  return caster && gloss;
+  const auto casts = [&](const Material& m) {
+    return m.transmission > 0 || alpha(lowest_roughness(scene, m, kMetal)) < kSmoothAlpha;
+  };
+  const auto is_gloss = [&](const Material& m) {
+    const bool glossy = m.metallic_roughness_texture.used() ||
+                        (alpha(m.roughness) >= kSmoothAlpha && alpha(m.roughness) < kGatherAlpha);
+    return glossy && m.transmission < 1 && !m.bare_diffuse();
+  };
+  return any_surface(scene, is_gloss) && any_surface(scene, casts);
 }
 
 bool environment_casts(const Scene& scene) {
@@ -102,9 +148,7 @@ bool environment_casts(const Scene& scene) {
   // relative error of such a path.
   constexpr double kConcentrated = 20;
   if (!scene.environment.active() || scene.environment.concentration() <= kConcentrated) return false;
-  return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
-    return casts_caustics(scene.materials[scene.meshes[instance.mesh].material]);
-  });
+  return any_surface(scene, [&](const Material& m) { return casts_caustics(scene, m); });
 }
 
 std::vector<Ball> caster_balls(const Scene& scene, std::size_t most) {

@@ -7,12 +7,19 @@
 
 namespace photond {
 
+/// Lowest roughness where the material is metal to `metallic` or more, by its texture's texels where it has one (a million
+/// of them); infinite where it nowhere is.
+float lowest_roughness(const Scene& scene, const Material& material, float metallic);
+
 /// Whether a surface of the material can bundle light by itself: glass, or metal too polished for photons to be
 /// gathered on it. Coats do not count: what they reflect is a small share everywhere.
-bool bundles_light(const Material& material);
+bool bundles_light(const Scene& scene, const Material& material);
 
 /// Whether what the surface throws on others may be a caustic: it transmits, or is a metal with a narrow highlight.
-bool casts_caustics(const Material& material);
+bool casts_caustics(const Scene& scene, const Material& material);
+
+/// Whether the surface mirrors a little, by a smooth coat or as metal by a part: paths never find points by way of it.
+bool mirrors_points(const Scene& scene, const Material& material);
 
 /// Whether the scene has glass, or a mirror, and beside it gloss: paths from there find light by way of it too seldom,
 /// and that of points never.

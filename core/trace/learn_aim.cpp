@@ -60,7 +60,7 @@ struct Pilot {
       const Hit hit = accel.intersect(ray);
       if (!hit.found()) return 0;
       const SurfacePoint surface = make_surface(scene, ray, hit);
-      flux *= medium.transmittance(surface, hit.t);
+      flux *= medium.transmittance(scene, surface, hit.t);
       const Bsdf bsdf(scene, surface, -ray.direction);
       const LobeMask gathered = gathered_lobes(bsdf);
       if (bounce > 0 && gathered != kNoLobe) return mean(flux);
@@ -68,7 +68,7 @@ struct Pilot {
       const auto sample = bsdf.sample({u, rng.next()}, kAllLobes, Transport::flux);
       if (!sample || (sample->lobe & gathered) != 0) return 0;
       flux *= sample->weight;
-      medium.cross(surface, *sample);
+      medium.cross(scene, surface, *sample);
       ray = spawn_ray(surface, sample->wi);
     }
     return 0;

@@ -201,6 +201,16 @@ std::vector<LightGroup> Lights::groups() const {
   return groups;
 }
 
+std::optional<Vec3> Lights::place(const Scene& scene, std::uint32_t light) const {
+  if (light < emitters_.size()) {
+    const EmitterTriangle& emitter = emitters_[light];
+    return spawn_point(emitter.at(Vec2(1.0f / 3)), emitter.normal, emitter.extent, emitter.normal);
+  }
+  const bool far = lights_[light].kind == Light::Kind::environment ||
+                   scene.lights[lights_[light].index].type == LightType::directional;
+  return far ? std::nullopt : std::optional(scene.lights[lights_[light].index].position);
+}
+
 void Lights::set_aim(const LightGroup& group, Aim aim) {
   aim_of_.resize(lights_.size(), 0);
   std::fill_n(aim_of_.begin() + group.first, group.count, static_cast<std::uint32_t>(aims_.size()));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -177,6 +178,8 @@ class Lights {
   EmissionSample sample_emission(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const;
 
   std::vector<LightGroup> groups() const;
+  /// A place of the light, just off its front; nothing of light from infinity.
+  std::optional<Vec3> place(const Scene& scene, std::uint32_t light) const;
   /// Probability with which `choose` returns the light.
   float probability(std::uint32_t light) const { return emission_choice_.pdf(light); }
   /// From now on the group's paths are emitted with that aim.

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "core/trace/bsdf.h"
 
@@ -15,37 +17,70 @@ inline float compression(const Material& material, bool front) {
   return front ? eta_sq : 1 / eta_sq;
 }
 
-/// The absorbing volume (KHR_materials_volume) a path travels in, followed through its refractions.
+/// The volumes (KHR_materials_volume) a path travels in, one within another, from the outermost that absorbs on; the
+/// innermost absorbs. Followed through the path's refractions; at most kMost of them.
 class Medium {
  public:
-  /// Fraction of light that survives `distance` metres up to `surface`. A path that started inside a volume is
-  /// noticed where it meets the volume's back face.
-  Rgb transmittance(const SurfacePoint& surface, float distance) const {
-    const Material* m = material_;
-    if (m == nullptr && !surface.front && absorbs(*surface.material)) m = surface.material;
-    return m == nullptr ? Rgb(1) : beer_lambert(*m, distance);
+  static constexpr std::size_t kMost = 4;
+
+  /// Fraction of light that survives `distance` metres up to `surface`. A path of which it was not known that it started
+  /// inside a volume is noticed where it meets the volume's back face.
+  Rgb transmittance(const Scene& scene, const SurfacePoint& surface, float distance) const {
+    if (active()) return transmittance(scene, distance);
+    return !surface.front && absorbs(*surface.material) ? beer_lambert(*surface.material, distance) : Rgb(1);
   }
   /// The same for a segment that ends elsewhere than on a surface.
-  Rgb transmittance(float distance) const { return active() ? beer_lambert(*material_, distance) : Rgb(1); }
-
-  /// Follows a scattering event: refraction at a front face enters the volume, at a back face leaves it.
-  void cross(const SurfacePoint& surface, const BsdfSample& sample) {
-    if (!sample.transmitted || surface.material->thin_walled) return;
-    material_ = surface.front && absorbs(*surface.material) ? surface.material : nullptr;
+  Rgb transmittance(const Scene& scene, float distance) const {
+    if (!active()) return Rgb(1);
+    std::size_t innermost = 0;
+    while (innermost + 1 < kMost && within_[innermost + 1] != 0) ++innermost;
+    const Material& m = scene.materials[within_[innermost] - 1u];
+    return absorbs(m) ? beer_lambert(m, distance) : Rgb(1);
   }
 
-  bool active() const { return kAllFeatures && material_ != nullptr; }
+  /// Follows a scattering event: refraction at a front face enters the volume, at a back face leaves it, and what is
+  /// reflected at a back face is within.
+  void cross(const Scene& scene, const SurfacePoint& surface, const BsdfSample& sample) {
+    if (surface.material->thin_walled || (surface.material->transmission == 0)) return;
+    if (sample.transmitted && !surface.front) return leave(scene, *surface.material);
+    const bool noticed = !sample.transmitted && !surface.front && !active();
+    if (sample.transmitted || noticed) enter(scene, *surface.material);
+  }
+
+  /// Goes into one more volume, of a material of the scene.
+  void enter(const Scene& scene, const Material& material) {
+    const auto number = static_cast<std::size_t>(&material - scene.materials.data()) + 1;
+    if ((!active() && !absorbs(material)) || number > UINT16_MAX) return;
+    for (std::uint16_t& place : within_) {
+      if (place != 0) continue;
+      place = static_cast<std::uint16_t>(number);
+      return;
+    }
+  }
+
+  bool active() const { return kAllFeatures && within_[0] != 0; }
 
   static bool absorbs(const Material& m) {
-    return kAllFeatures && !m.thin_walled && m.attenuation_distance < kInfinity;
+    return kAllFeatures && m.transmission > 0 && !m.thin_walled && m.attenuation_distance < kInfinity;
   }
 
  private:
+  // The innermost of that material. What is left within nothing that absorbs is as good as nowhere.
+  void leave(const Scene& scene, const Material& material) {
+    const auto number = static_cast<std::size_t>(&material - scene.materials.data()) + 1;
+    std::size_t i = kMost;
+    while (i > 0 && within_[i - 1] != number) --i;
+    if (i == 0) return;
+    for (; i < kMost; ++i) within_[i - 1] = within_[i];
+    within_[kMost - 1] = 0;
+    while (active() && !absorbs(scene.materials[within_[0] - 1u])) leave(scene, scene.materials[within_[0] - 1u]);
+  }
+
   static Rgb beer_lambert(const Material& m, float distance) {
     return glm::pow(m.attenuation_color, Rgb(distance / m.attenuation_distance));
   }
 
-  const Material* material_ = nullptr;
+  std::array<std::uint16_t, kMost> within_{};   // materials by number, counted from one; 0: no more
 };
 
 }  // namespace photond

@@ -11,6 +11,7 @@
 #include "core/trace/find_domains.h"
 #include "core/trace/learn_aim.h"
 #include "core/trace/lights.h"
+#include "core/trace/medium.h"
 #include "core/trace/placed_mesh.h"
 
 namespace photond {
@@ -27,6 +28,7 @@ struct PreparedScene {
   AimFinding aim;                    ///< what the lights aim at, and why
   /// Where paths are directed, each is worth more: so many are traced of those that would leave lights in all directions.
   double directed_share = 1;
+  std::vector<Medium> light_media;   ///< the volumes around each light; empty where nothing absorbs
   bool shares_gloss = false;         ///< whether photons that come by way of a caster are stored on gloss
   std::vector<PlacedMesh> placed;    ///< for each instance, and none
   std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each

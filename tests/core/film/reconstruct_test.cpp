@@ -117,6 +117,39 @@ TEST(Reconstruct, IsNeverNegative) {
   }
 }
 
+// Where nothing gathers photons, as in the sky beside a bright floor, no error is told, and the floor's keeps its size.
+TEST(Reconstruct, TellsNoErrorWhereNothingIsGathered) {
+  const PhotonPlane plane{.side = kSide, .radius = 12, .density = step};
+  constexpr std::size_t kBorder = 25;   // near a step: there are noise and bias
+  Film half(kSide, kSide), whole(kSide, kSide);
+  for (std::uint32_t p = 0; p < 32; ++p) {
+    PassImage pass = plane.pass(3, p);
+    add_pass(whole, p, pass);
+    for (std::size_t i = 0; i < pass.bands.size(); ++i) {
+      if (i % kSide < kBorder) continue;
+      pass.radiance.pixels[i] = Rgb(0);
+      pass.bands[i] = {};
+    }
+    add_pass(half, p, pass);
+  }
+  const Reconstruction beside = reconstruct(half), all = reconstruct(whole);
+  double noise = 0, of_whole = 0, bias = 0, bias_of_whole = 0;
+  for (std::size_t i = 0; i < kSide * kSide; ++i) {
+    const std::size_t x = i % kSide;
+    if (x >= kBorder) {
+      ASSERT_EQ(beside.variance[i], glm::dvec3(0));
+      ASSERT_EQ(beside.bias_sq[i], glm::dvec3(0));
+    } else if (x >= kBorder - 8) {   // where windows reach over the border
+      noise += beside.variance[i].x, of_whole += all.variance[i].x;
+      bias += beside.bias_sq[i].x, bias_of_whole += all.bias_sq[i].x;
+    }
+  }
+  EXPECT_GT(of_whole, 0);
+  EXPECT_NEAR(noise, of_whole, 0.2 * of_whole);
+  EXPECT_GT(bias_of_whole, 0);
+  EXPECT_NEAR(bias, bias_of_whole, 0.5 * bias_of_whole);   // the step has more of a window that ends with the floor
+}
+
 /// Predicted against true mean square errors, over seeds.
 TEST(ReconstructStatistical, KnowsItsError) {
   constexpr std::uint64_t kSeeds = 20;

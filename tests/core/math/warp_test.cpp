@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "core/math/alias_table.h"
@@ -64,6 +66,19 @@ TEST(Warp, DiskIsUniform) {
   EXPECT_GT(chi2_square([](Rng& rng) { return square_to_disk(rng.next2()); },
                         [](double x, double y) { return x * x + y * y < 1; }, kPi),
             kSignificance);
+}
+
+TEST(Warp, ShiftsHitEveryRandomNumberOnce) {
+  constexpr std::uint32_t kNumbers = 1 << 24;
+  for (const float shift : {0.25f, 0.5f, 0.75f}) {
+    std::vector<bool> hit(kNumbers, false);
+    for (std::uint32_t i = 0; i < kNumbers; ++i) {
+      const float u = shifted(Vec3(static_cast<float>(i) * 0x1p-24f), Vec3(shift)).x * 0x1p24f;
+      ASSERT_EQ(u, std::floor(u));
+      hit[static_cast<std::uint32_t>(u)] = true;
+    }
+    EXPECT_EQ(std::count(hit.begin(), hit.end(), true), kNumbers) << shift;
+  }
 }
 
 TEST(Warp, DiskToSquareIsTheInverse) {

@@ -75,6 +75,23 @@ TEST(Plan, TellsThatDirectedPathsAreFewer) {
   EXPECT_FALSE(of(Method::path, "fewer_paths").active);
 }
 
+// Light of points that a smooth coat reflects, paths never find.
+TEST(Plan, PhotonsCarryWhatCoatsMirrorOfPoints) {
+  const auto of_coat = [](float roughness, bool point) {
+    Scene scene = test::empty_scene();
+    Material coat = test::lambert(Rgb(0.5f));
+    coat.specular = 1;
+    coat.roughness = roughness;
+    test::add_mesh(scene, test::parallelogram({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}), test::add_material(scene, coat));
+    test::add_mesh(scene, test::parallelogram({0, 3, 0}, {1, 0, 0}, {0, 0, 1}), test::add_material(scene, test::emitter(Rgb(1))));
+    if (point) test::add_point_light(scene, {0, 2, 0}, Rgb(1));
+    return make_plan(*test::prepared(std::move(scene)), {.method = Method::hybrid}, Execution{})->uses_maps;
+  };
+  EXPECT_TRUE(of_coat(0, true));
+  EXPECT_FALSE(of_coat(0, false));
+  EXPECT_FALSE(of_coat(0.3f, true));
+}
+
 TEST(Plan, SharesAreWrittenOutInFull) {
   Scene scene = test::empty_scene();
   test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, true), test::add_material(scene, test::emitter(Rgb(1))));

@@ -77,6 +77,43 @@ TEST(Aim, SmallFarBallsKeepTheirDensity) {
   EXPECT_LT(lost, 1500);
 }
 
+// A metal of factors 1 whose texture has texels of some roughness and metalness.
+template <class Texel>
+Scene textured_metal(const std::vector<std::pair<int, int>>& texels) {
+  Scene scene;
+  TextureImage image{.width = static_cast<int>(texels.size()), .height = 1};
+  for (const auto& [roughness, metal] : texels) {
+    for (const int value : {0, roughness, metal, 255}) {
+      if constexpr (sizeof(Texel) == 1) image.u8.push_back(static_cast<Texel>(value));
+      if constexpr (sizeof(Texel) == 2) image.u16.push_back(static_cast<Texel>(257 * value));
+    }
+  }
+  scene.images.push_back(image);
+  scene.textures.push_back({});
+  Material material = test::mirror(Rgb(1));
+  material.roughness = 1;
+  material.metallic_roughness_texture.texture = 0;
+  scene.materials.push_back(material);
+  return scene;
+}
+
+template <class Texel>
+void expect_casting(const std::vector<std::pair<int, int>>& texels, bool casts, bool bundles, bool mirrors) {
+  const Scene scene = textured_metal<Texel>(texels);
+  EXPECT_EQ(casts_caustics(scene, scene.materials[0]), casts);
+  EXPECT_EQ(bundles_light(scene, scene.materials[0]), bundles);
+  EXPECT_EQ(mirrors_points(scene, scene.materials[0]), mirrors);
+}
+
+TEST(Casters, AreToldByTheTexelsOfMetal) {
+  expect_casting<std::uint8_t>({{255, 255}, {200, 255}, {255, 0}}, false, false, false);
+  expect_casting<std::uint8_t>({{255, 255}, {200, 255}, {0, 255}}, true, true, true);
+  expect_casting<std::uint16_t>({{255, 255}, {0, 255}}, true, true, true);
+  expect_casting<std::uint16_t>({{255, 255}, {100, 255}}, true, true, false);
+  expect_casting<std::uint8_t>({{255, 255}, {120, 200}}, true, true, false);   // roughness .47, α .22
+  expect_casting<std::uint8_t>({{255, 255}, {0, 100}}, false, false, true);    // smooth where it is no metal
+}
+
 TEST(Casters, GroupsWhatLiesTogether) {
   Scene scene = test::empty_scene();
   const std::uint32_t clear = test::add_material(scene, test::glass(1.5f));

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "core/trace/accel.h"
+#include "core/trace/medium.h"
+
+namespace photond {
+
+/// Whether any surface is the border of a volume that absorbs: only then need a path know where it starts.
+bool has_absorption(const Scene& scene);
+
+/// The volumes around a point, by the faces that a ray from there meets. None where nothing absorbs.
+Medium enclosing(const Scene& scene, const Accel& accel, const Vec3& point);
+
+}  // namespace photond

@@ -1,0 +1,106 @@
+#include "core/trace/medium.h"
+
+#include <gtest/gtest.h>
+
+#include "core/trace/enclosing.h"
+#include "tests/support/scenes.h"
+
+namespace photond {
+namespace {
+
+Material liquid() {
+  Material material = test::glass(1.3f);
+  material.attenuation_color = {0.5f, 0.25f, 1};
+  material.attenuation_distance = 1;
+  return material;
+}
+
+// A tank of liquid, a clear marble in it, a drop of liquid in that.
+Scene tank() {
+  Scene scene = test::empty_scene();
+  const std::uint32_t absorbing = test::add_material(scene, liquid());
+  const std::uint32_t clear = test::add_material(scene, test::glass(1.5f));
+  test::add_mesh(scene, test::box({-4, -4, -4}, {4, 4, 4}), absorbing);
+  test::add_mesh(scene, test::box({-2, -2, -2}, {2, 2, 2}), clear);
+  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}), absorbing);
+  return scene;
+}
+
+enum class Event { enter, leave, reflect_within };
+
+void follow(Medium& medium, const Scene& scene, std::size_t material, Event event) {
+  SurfacePoint surface{};
+  surface.material = &scene.materials[material];
+  surface.front = event == Event::enter;
+  BsdfSample sample{};
+  sample.transmitted = event != Event::reflect_within;
+  medium.cross(scene, surface, sample);
+}
+
+TEST(Medium, IsWhatThePathHasEnteredLast) {
+  const Scene scene = tank();
+  const std::size_t absorbing = scene.meshes[0].material, clear = scene.meshes[1].material;
+  const Rgb liquid(0.25f, 0.0625f, 1), none(1);
+  Medium medium;
+  const auto after = [&](std::size_t material, Event event) {
+    follow(medium, scene, material, event);
+    return medium.transmittance(scene, 2);
+  };
+  EXPECT_EQ(after(clear, Event::enter), none);
+  EXPECT_FALSE(medium.active()) << "nothing around it absorbs";
+  EXPECT_EQ(after(clear, Event::leave), none);
+  EXPECT_EQ(after(absorbing, Event::enter), liquid);
+  EXPECT_EQ(after(clear, Event::enter), none);
+  EXPECT_TRUE(medium.active());
+  EXPECT_EQ(after(absorbing, Event::enter), liquid);
+  EXPECT_EQ(after(absorbing, Event::reflect_within), liquid);
+  EXPECT_EQ(after(absorbing, Event::leave), none);
+  EXPECT_EQ(after(clear, Event::leave), liquid) << "the tank is not forgotten";
+  EXPECT_EQ(after(absorbing, Event::leave), none);
+  EXPECT_FALSE(medium.active());
+}
+
+TEST(Medium, IsNoticedByReflectionWithinIt) {
+  const Scene scene = tank();
+  Medium medium;
+  follow(medium, scene, scene.meshes[0].material, Event::reflect_within);
+  EXPECT_EQ(medium.transmittance(scene, 1), Rgb(0.5f, 0.25f, 1));
+  Medium outside;
+  follow(outside, scene, scene.meshes[1].material, Event::reflect_within);
+  EXPECT_FALSE(outside.active());
+}
+
+TEST(Medium, OutgrowsNothing) {
+  const Scene scene = tank();
+  Medium medium;
+  for (int i = 0; i < 10; ++i) follow(medium, scene, scene.meshes[0].material, Event::enter);
+  EXPECT_EQ(medium.transmittance(scene, 1), Rgb(0.5f, 0.25f, 1));
+}
+
+TEST(Medium, EnclosesWhatLiesWithin) {
+  const auto prepared = test::prepared(tank());
+  const auto at = [&](const Vec3& point) { return enclosing(prepared->scene, prepared->accel, point); };
+  EXPECT_FALSE(at({5, 0, 0}).active());
+  EXPECT_EQ(at({3, 0, 0}).transmittance(prepared->scene, 1), Rgb(0.5f, 0.25f, 1));
+  EXPECT_EQ(at({1.5f, 0, 0}).transmittance(prepared->scene, 1), Rgb(1));
+  EXPECT_TRUE(at({1.5f, 0, 0}).active()) << "in the marble, in the tank";
+  EXPECT_EQ(at({0, 0, 0}).transmittance(prepared->scene, 1), Rgb(0.5f, 0.25f, 1));
+  EXPECT_TRUE(has_absorption(prepared->scene));
+}
+
+TEST(Medium, OfLightsIsKnownWhereAnythingAbsorbs) {
+  Scene scene = tank();
+  test::add_point_light(scene, {3, 0, 0}, Rgb(1));
+  test::add_point_light(scene, {9, 0, 0}, Rgb(1));
+  const auto lit = test::prepared(std::move(scene));
+  ASSERT_EQ(lit->light_media.size(), 2u);
+  EXPECT_TRUE(lit->light_media[0].active());
+  EXPECT_FALSE(lit->light_media[1].active());
+  Scene clear = test::empty_scene();
+  test::add_mesh(clear, test::box({-1, -1, -1}, {1, 1, 1}), test::add_material(clear, test::glass(1.5f)));
+  test::add_point_light(clear, {3, 0, 0}, Rgb(1));
+  EXPECT_TRUE(test::prepared(std::move(clear))->light_media.empty());
+}
+
+}  // namespace
+}  // namespace photond
