@@ -37,6 +37,10 @@ Result<ZipHandle> open_archive(std::span<const std::byte> bytes) {
   return ZipHandle(archive, &zip_discard);
 }
 
+Error too_large(const std::string& what, std::uint64_t max_bytes, const std::string& where) {
+  return {ErrorCode::limit_exceeded, what + " more than " + std::to_string(max_bytes) + " bytes", where};
+}
+
 Status check_entry(const zip_stat_t& entry, std::uint64_t total, const ArchiveLimits& limits) {
   constexpr zip_uint64_t kNeeded = ZIP_STAT_NAME | ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE;
   if ((entry.valid & kNeeded) != kNeeded) return invalid_input("a zip entry without name or size");
@@ -46,8 +50,7 @@ Status check_entry(const zip_stat_t& entry, std::uint64_t total, const ArchiveLi
     return Error{ErrorCode::unsupported, "encrypted zip entries are not supported", name};
   }
   if (entry.size > limits.max_bytes || total + entry.size > limits.max_bytes) {
-    return Error{ErrorCode::limit_exceeded,
-                 "the archive unpacks to more than " + std::to_string(limits.max_bytes) + " bytes", name};
+    return too_large("the archive unpacks to", limits.max_bytes, name);
   }
   const std::uint64_t packed = std::max<std::uint64_t>(entry.comp_size, 1);
   if (entry.size > kSmallEntry && entry.size / packed > limits.max_ratio) {
@@ -90,11 +93,16 @@ Status choose_root(SceneArchive& archive) {
 ResourceReader SceneArchive::reader() const {
   const std::size_t slash = root.rfind('/');
   const std::string folder = slash == std::string::npos ? "" : root.substr(0, slash + 1);
-  return [this, folder](const std::string& path) -> Result<std::vector<std::byte>> {
+  const auto left = std::make_shared<std::uint64_t>(max_bytes);  // shared by copies of the reader
+  return [this, folder, left](const std::string& path) -> Result<std::vector<std::byte>> {
     const auto found = files.find(folder + path);
     if (found == files.end())
       return Error{ErrorCode::not_found, "the archive holds no file " + folder + path, path};
-    return found->second;
+    const std::vector<std::byte>& bytes = found->second;
+    if (bytes.size() > *left)
+      return too_large("the files of the scene, each as often as it is named, have", max_bytes, path);
+    *left -= bytes.size();
+    return bytes;
   };
 }
 
@@ -107,7 +115,7 @@ Result<SceneArchive> read_archive(std::span<const std::byte> zip, const ArchiveL
     return Error{ErrorCode::limit_exceeded,
                  "the archive holds more than " + std::to_string(limits.max_entries) + " entries", ""};
   }
-  SceneArchive result;
+  SceneArchive result{.max_bytes = limits.max_bytes};
   std::uint64_t total = 0;
   for (zip_int64_t i = 0; i < count; ++i) {
     zip_stat_t entry;

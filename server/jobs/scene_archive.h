@@ -15,7 +15,7 @@ namespace photond {
 /// What an archive may unpack to before it is refused.
 struct ArchiveLimits {
   std::uint64_t max_entries = 4'096;
-  std::uint64_t max_bytes = 1ull << 30;  ///< all entries together, unpacked
+  std::uint64_t max_bytes = 1ull << 30;  ///< all entries together, unpacked; also all that a reader gives out
   std::uint64_t max_ratio = 200;         ///< unpacked over packed; above 1 MiB unpacked only
 };
 
@@ -23,9 +23,11 @@ struct ArchiveLimits {
 struct SceneArchive {
   std::map<std::string, std::vector<std::byte>> files;  ///< by path inside the archive
   std::string root;                                     ///< path of the .gltf or .glb
+  std::uint64_t max_bytes = ArchiveLimits{}.max_bytes;  ///< that one reader gives out
 
   const std::vector<std::byte>& root_bytes() const { return files.at(root); }
-  /// Reads resources beside the root file, from this archive only. Refers to this object.
+  /// Reads resources beside the root file, from this archive only: a file counts each time it is read. Refers to this
+  /// object. Errors: not_found, limit_exceeded.
   ResourceReader reader() const;
 };
 

@@ -4,9 +4,12 @@
 #include <zip.h>
 
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "tests/server/small_scene.h"
 
 namespace photond {
 namespace {
@@ -70,6 +73,33 @@ TEST(SceneArchive, RefusesBombs) {
   limits = {};
   limits.max_entries = 2;
   EXPECT_EQ(refusal({{"a.gltf", "{}"}, {"b", "x"}, {"c", "x"}}, limits), ErrorCode::limit_exceeded);
+}
+
+/// Why a scene is refused whose file names `quad.bin` as `copies` buffers, and wants a picture of 500 bytes.
+Error refusal_of_copies(int copies) {
+  nlohmann::json scene = nlohmann::json::parse(test::small_gltf());
+  for (int i = 1; i < copies; ++i) scene["buffers"].push_back(scene["buffers"][0]);
+  scene["images"] = {{{"uri", "x.png"}}};
+  scene["textures"] = {{{"source", 0}}};
+  scene["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+  ArchiveLimits limits;
+  limits.max_bytes = 10'000;  // 166 times quad.bin
+  const auto archive = read_archive(
+      make_zip({{"s.gltf", scene.dump()}, {"quad.bin", test::quad_bin()}, {"x.png", std::string(500, 'x')}}), limits);
+  EXPECT_TRUE(archive.ok()) << archive.error().message;
+  const auto read = read_gltf(archive->root_bytes(), archive->reader());
+  EXPECT_FALSE(read.ok());
+  return read.ok() ? Error{} : read.error();
+}
+
+TEST(SceneArchive, AFileNamedAgainAndAgainCountsEachTime) {
+  EXPECT_EQ(refusal_of_copies(1).code, ErrorCode::unsupported) << "the picture was read, and is none";
+  const Error picture = refusal_of_copies(160);
+  EXPECT_EQ(picture.code, ErrorCode::limit_exceeded) << picture.message;
+  EXPECT_EQ(picture.where, "images[0]");
+  const Error buffer = refusal_of_copies(200);
+  EXPECT_EQ(buffer.code, ErrorCode::limit_exceeded) << buffer.message;
+  EXPECT_EQ(buffer.where, "buffers[166].uri");
 }
 
 TEST(SceneArchive, RefusesDamage) {
