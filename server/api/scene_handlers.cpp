@@ -84,10 +84,10 @@ Response Api::get_scene_file(const Request& request) const {
     response.status = 304;
     return response;
   }
-  const Result<Blob> bytes = store_.scene_bytes(scene->id);
-  if (!bytes) return problem(bytes.error());
+  const Result<FileBytes> file = store_.scene_file(scene->id);
+  if (!file) return problem(file.error());
   response.content_type = scene->media_type;
-  response.body = *bytes;
+  response.body = *file;
   return response;
 }
 

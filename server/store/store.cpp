@@ -182,9 +182,14 @@ std::optional<SceneRecord> Store::scene(const Digest& id) const {
   return found->second.record;
 }
 
-Result<Blob> Store::scene_bytes(const Digest& id) {
+Result<Blob> Store::scene_bytes(const Digest& id) { return read_scene(id, &Blobs::get); }
+
+Result<FileBytes> Store::scene_file(const Digest& id) { return read_scene(id, &Blobs::open_file); }
+
+template <class Bytes>
+Result<Bytes> Store::read_scene(const Digest& id, Result<Bytes> (Blobs::*read)(const Digest&)) {
   if (!scene(id)) return Error{ErrorCode::not_found, "there is no scene " + to_hex(id), ""};
-  Result<Blob> bytes = files_->get(id);
+  Result<Bytes> bytes = (*files_.*read)(id);
   if (bytes || bytes.error().code != ErrorCode::not_found) return bytes;
   if (const Status removed = remove_scene(id); !removed) return removed.error();
   return Error{ErrorCode::not_found, "the file of scene " + to_hex(id) + " was damaged; upload it again", ""};

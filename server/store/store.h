@@ -36,6 +36,8 @@ class Store {
   /// Errors: not_found, where there is no such scene or its file was damaged: then the scene is gone and may be added
   /// again.
   Result<Blob> scene_bytes(const Digest& id);
+  /// The same as a file, of which nothing is kept in memory.
+  Result<FileBytes> scene_file(const Digest& id);
   /// Samples first, then in the order of arrival.
   std::vector<SceneRecord> scenes() const;
   /// Removing what is not there is no error.
@@ -74,6 +76,8 @@ class Store {
   Status load_scenes(Transaction& transaction);
   Status load_jobs(Transaction& transaction);
   Status forget_samples();
+  template <class Bytes>
+  Result<Bytes> read_scene(const Digest& id, Result<Bytes> (Blobs::*read)(const Digest&));
   Status insert_event(Transaction& transaction, Event& event, const StoredJob* job);
   void note_given(std::uint64_t event);
   static void keep(StoredJob& job, Event event);
