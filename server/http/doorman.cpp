@@ -11,6 +11,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <exception>
 #include <mutex>
 #include <thread>
 #include <unordered_map>
@@ -87,18 +88,24 @@ class Doorman::Hall {
   };
 
   void run();
+  void handle(int fd);
+  template <class Act>
+  void attend(int fd, const Act& act);
+  void give_up(int fd);
   void wake() const;
   void watch(int fd) const;
   void accept_all();
   void welcome(Socket socket, std::string peer);
   void make_room();
   void add_leaving();
+  void add(Visitor visitor);
   void hear(Visitor& visitor);
   void drop_bytes(Visitor& visitor, std::size_t bytes);
   void advance(Visitor& visitor);
   void let_in(Visitor& visitor);
   void remove(int fd);
   void remove_late();
+  void show_out(const Visitor& visitor);
 
   const DoormanOptions options_;
   Calls calls_;
@@ -129,9 +136,11 @@ void Doorman::Hall::watch(int fd) const {
 
 void Doorman::Hall::take_leaving(Socket socket) {
   if (closing_) return;
-  {
+  try {
     const std::lock_guard lock(mutex_);
     leaving_.push_back(std::move(socket));
+  } catch (const std::exception&) {  // no memory for politeness
+    return;
   }
   wake();
 }
@@ -154,13 +163,7 @@ void Doorman::Hall::run() {
     const int count = ::epoll_wait(epoll_.fd(), events.data(), events.size(), static_cast<int>(kTick.count()));
     for (int i = 0; i < count; ++i) {
       const int fd = events[static_cast<std::size_t>(i)].data.fd;
-      if (fd == listening_.fd()) {
-        accept_all();
-      } else if (fd == wake_.fd()) {
-        add_leaving();
-      } else if (const auto found = visitors_.find(fd); found != visitors_.end()) {
-        hear(found->second);
-      }
+      attend(fd, [this, fd] { handle(fd); });
     }
     if (Clock::now() < next_look) continue;
     next_look = Clock::now() + kTick;
@@ -168,6 +171,35 @@ void Doorman::Hall::run() {
   }
   listening_ = Socket();
   visitors_.clear();
+}
+
+/// Looks what has happened at a descriptor.
+void Doorman::Hall::handle(int fd) {
+  if (fd == listening_.fd()) {
+    accept_all();
+  } else if (fd == wake_.fd()) {
+    add_leaving();
+  } else if (const auto found = visitors_.find(fd); found != visitors_.end()) {
+    hear(found->second);
+  }
+}
+
+/// Acts for the visitor of a descriptor. What is thrown, for want of memory, costs that visitor and nobody else.
+template <class Act>
+void Doorman::Hall::attend(int fd, const Act& act) {
+  try {
+    act();
+  } catch (const std::exception&) {
+    give_up(fd);
+  }
+}
+
+void Doorman::Hall::give_up(int fd) {
+  remove(fd);
+  try {
+    calls_.lost(Loss::exception);
+  } catch (const std::exception&) {  // nor is there memory to count it
+  }
 }
 
 void Doorman::Hall::accept_all() {
@@ -178,7 +210,7 @@ void Doorman::Hall::accept_all() {
     if (socket.fd() >= 0) {
       const int yes = 1;
       ::setsockopt(socket.fd(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-      welcome(std::move(socket), address_text(address));
+      attend(socket.fd(), [&] { welcome(std::move(socket), address_text(address)); });
     } else if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {
       calls_.lost(Loss::descriptors);
       if (!visitors_.empty()) {
@@ -197,11 +229,15 @@ void Doorman::Hall::accept_all() {
 
 void Doorman::Hall::welcome(Socket socket, std::string peer) {
   if (visitors_.size() >= options_.max_waiting) make_room();
-  const int fd = socket.fd();
   Visitor visitor;
   visitor.socket = std::move(socket);
   visitor.peer = std::move(peer);
   visitor.deadline = Clock::now() + options_.patience;
+  add(std::move(visitor));
+}
+
+void Doorman::Hall::add(Visitor visitor) {
+  const int fd = visitor.socket.fd();
   watch(fd);
   // Most requests have arrived whole by now.
   hear(visitors_.insert_or_assign(fd, std::move(visitor)).first->second);
@@ -232,8 +268,7 @@ void Doorman::Hall::add_leaving() {
     visitor.socket = std::move(socket);
     visitor.leaves = true;
     visitor.deadline = Clock::now() + kLeaveSeconds;
-    watch(fd);
-    hear(visitors_.insert_or_assign(fd, std::move(visitor)).first->second);
+    attend(fd, [&] { add(std::move(visitor)); });
   }
 }
 
@@ -287,19 +322,20 @@ void Doorman::Hall::remove(int fd) { visitors_.erase(fd); }  // closing takes it
 void Doorman::Hall::remove_late() {
   const SteadyTime now = Clock::now();
   for (auto at = visitors_.begin(); at != visitors_.end();) {
-    if (at->second.deadline > now) {
-      ++at;
-      continue;
-    }
-    if (!at->second.leaves) {
-      calls_.lost(Loss::slow);
-      if (at->second.has_head || !at->second.received.empty()) tell_late(at->second.socket);
-    }
-    at = visitors_.erase(at);
+    const int fd = at->first;
+    const Visitor& visitor = (at++)->second;
+    if (visitor.deadline > now) continue;
+    if (!visitor.leaves) attend(fd, [&] { show_out(visitor); });
+    remove(fd);
   }
   if (accepting_) return;
   accepting_ = true;
   watch(listening_.fd());
+}
+
+void Doorman::Hall::show_out(const Visitor& visitor) {
+  calls_.lost(Loss::slow);
+  if (visitor.has_head || !visitor.received.empty()) tell_late(visitor.socket);
 }
 
 Result<std::unique_ptr<Doorman>> Doorman::open(const DoormanOptions& options) {

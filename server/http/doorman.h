@@ -34,8 +34,9 @@ struct DoormanOptions {
 /// closed on bytes that nobody read would be reset before the client has read its answer.
 class Doorman {
  public:
-  enum class Loss { slow, crowded, descriptors };  ///< why a connection was dropped unanswered
+  enum class Loss { slow, crowded, descriptors, exception };  ///< why a connection was dropped unanswered
 
+  /// What they throw, for want of memory, costs one connection.
   struct Calls {
     /// Takes an arrival; false where nobody is free, then the client hears 503.
     std::function<bool(Arrival&&)> enter;

@@ -312,7 +312,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::start(const HttpOptions& options
   Doorman::Calls calls;
   calls.enter = [raw = state.get()](Arrival&& arrival) { return raw->enter(std::move(arrival)); };
   calls.lost = [&counts](Doorman::Loss loss) {
-    constexpr const char* kReasons[] = {"slow", "crowded", "descriptors"};
+    constexpr const char* kReasons[] = {"slow", "crowded", "descriptors", "exception"};
     counts.dropped(kReasons[static_cast<int>(loss)]);
   };
   state->doorman->begin(std::move(calls));

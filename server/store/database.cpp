@@ -201,15 +201,22 @@ Status Database::read(const Body& body) {
 Status Database::in_transaction(const char* begin, const Body& body) {
   if (const Status begun = execute(begin); !begun) return begun;
   Transaction transaction(*this);
-  Status done = body(transaction);
-  if (done) done = execute("COMMIT");
-  // Some failures have rolled back already.
-  if (!done && sqlite3_get_autocommit(connection_) == 0) {
-    const Error first = done.error();
-    if (const Status undone = execute("ROLLBACK"); !undone) return undone;
-    return first;
+  Status done = Done{};
+  try {
+    done = body(transaction);
+    if (done) done = execute("COMMIT");
+  } catch (...) {  // out of memory and the like: whoever called may go on
+    (void)roll_back().ok();
+    throw;
   }
-  return done;
+  if (done) return done;
+  const Status undone = roll_back();
+  return undone ? done : undone;
+}
+
+/// Some failures have rolled back already.
+Status Database::roll_back() {
+  return sqlite3_get_autocommit(connection_) == 0 ? execute("ROLLBACK") : Status(Done{});
 }
 
 Status Database::execute(const char* sql) {

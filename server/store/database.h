@@ -129,8 +129,8 @@ class Database {
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  /// Runs `body` in one transaction: kept where it and the commit succeed, undone otherwise. Must not be called
-  /// from within a body. Errors: the body's; limit_exceeded with `where` "disk" (file.h); io.
+  /// Runs `body` in one transaction: kept where it and the commit succeed, undone otherwise, also where it throws.
+  /// Must not be called from within a body. Errors: the body's; limit_exceeded with `where` "disk" (file.h); io.
   Status write(const Body& body, Durability durability = Durability::full);
   /// Runs `body`, which changes nothing, on one state of the database.
   Status read(const Body& body);
@@ -146,6 +146,7 @@ class Database {
   Status set_up();
   Status migrate(std::span<const Migration> migrations);
   Status in_transaction(const char* begin, const Body& body);
+  Status roll_back();
   Error failure(int code) const;
 
   std::mutex mutex_;

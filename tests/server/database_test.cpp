@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <new>
 #include <thread>
 
 #include "server/store/schema.h"
@@ -98,6 +99,17 @@ TEST_F(DatabaseTest, ATransactionIsKeptWholeOrNotAtAll) {
   EXPECT_EQ(changed_mind.error().code, ErrorCode::conflict);
   EXPECT_EQ(count(*database), 1);
   EXPECT_TRUE(add(*database, 2).ok()) << "the next transaction is not hindered";
+}
+
+TEST_F(DatabaseTest, ATransactionThatThrowsIsUndone) {
+  const auto database = open();
+  const auto out_of_memory = [](Transaction& transaction) -> Status {
+    EXPECT_TRUE(transaction.run("INSERT INTO things (id) VALUES (1)").ok());
+    throw std::bad_alloc();
+  };
+  EXPECT_THROW((void)database->write(out_of_memory), std::bad_alloc);
+  EXPECT_EQ(count(*database), 0);
+  EXPECT_TRUE(add(*database, 1).ok()) << "the next transaction is not hindered";
 }
 
 TEST_F(DatabaseTest, MistakesInSqlAreErrors) {
