@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <iterator>
 
@@ -14,12 +13,12 @@ namespace {
 
 Response no_scene() { return problem(404, "not_found", "there is no scene of this id"); }
 
-/// A place in the list of scenes as a cursor; places are ordered as their texts are. New scenes come last, so that
-/// they move nothing, and a scene that goes leaves its place.
+/// A place in the list of scenes as a cursor; the texts are ordered as the list is. New scenes come last, so that they
+/// move nothing, and a scene that goes leaves its place.
 std::string place_of(const SceneRecord& scene) {
-  const auto time = std::chrono::duration_cast<std::chrono::microseconds>(scene.created.time_since_epoch()).count();
   char text[24];
-  std::snprintf(text, sizeof text, "c-%c%016llx", scene.sample ? '0' : '1', static_cast<unsigned long long>(time));
+  std::snprintf(text, sizeof text, "c-%c%016llx", scene.sample ? '0' : '1',
+                static_cast<unsigned long long>(scene.arrival));
   return text;
 }
 

@@ -30,6 +30,7 @@ struct SceneRecord {
   bool sample = false;  ///< shipped with the server: cannot be deleted
   WallTime created{};
   std::string owner{};  ///< id of the API key that uploaded it first; empty: none was needed
+  std::uint64_t arrival = 0;  ///< ascending; given by the store
 };
 
 /// Stored by number: append only.

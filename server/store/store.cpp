@@ -90,19 +90,19 @@ Status Store::load_scenes(Transaction& transaction) {
   Query query =
       transaction.query("SELECT id, arrival, name, media_type, bytes, sample, created_ms, owner FROM scenes");
   while (query.next()) {
-    StoredScene scene;
+    SceneRecord scene;
     const std::vector<std::byte> id = query.bytes(0);
-    if (id.size() != sizeof scene.record.id.bytes) return Error{ErrorCode::io, "a scene has no id", ""};
-    std::copy(id.begin(), id.end(), reinterpret_cast<std::byte*>(scene.record.id.bytes.data()));
+    if (id.size() != sizeof scene.id.bytes) return Error{ErrorCode::io, "a scene has no id", ""};
+    std::copy(id.begin(), id.end(), reinterpret_cast<std::byte*>(scene.id.bytes.data()));
     scene.arrival = query.whole(1);
-    scene.record.name = query.text(2);
-    scene.record.media_type = query.text(3);
-    scene.record.bytes = query.whole(4);
-    scene.record.sample = query.integer(5) != 0;
-    scene.record.created = WallTime(std::chrono::milliseconds(query.integer(6)));
-    scene.record.owner = query.text(7);
+    scene.name = query.text(2);
+    scene.media_type = query.text(3);
+    scene.bytes = query.whole(4);
+    scene.sample = query.integer(5) != 0;
+    scene.created = WallTime(std::chrono::milliseconds(query.integer(6)));
+    scene.owner = query.text(7);
     next_arrival_ = std::max(next_arrival_, scene.arrival + 1);
-    scenes_.emplace(scene.record.id, scene);
+    scenes_.emplace(scene.id, scene);
   }
   return query.status();
 }
@@ -132,7 +132,7 @@ Status Store::forget_samples() {
   const Status written =
       database_.write([](Transaction& t) { return t.run("UPDATE scenes SET sample = 0 WHERE sample"); });
   if (!written) return written;
-  for (auto& [id, scene] : scenes_) scene.record.sample = false;
+  for (auto& [id, scene] : scenes_) scene.sample = false;
   return Done{};
 }
 
@@ -155,7 +155,8 @@ Status Store::put_scene(const SceneRecord& scene, const std::vector<std::byte>& 
   if (file) {
     if (const Status published = files_->publish(*file); !published) return published;
   }
-  StoredScene stored{scene, known == scenes_.end() ? next_arrival_ : known->second.arrival};
+  SceneRecord stored = scene;
+  stored.arrival = known == scenes_.end() ? next_arrival_ : known->second.arrival;
   const auto created_ms =
       std::chrono::duration_cast<std::chrono::milliseconds>(scene.created.time_since_epoch()).count();
   const Status written = database_.write([&](Transaction& transaction) {
@@ -179,7 +180,7 @@ std::optional<SceneRecord> Store::scene(const Digest& id) const {
   const std::shared_lock copy(copy_);
   const auto found = scenes_.find(id);
   if (found == scenes_.end()) return std::nullopt;
-  return found->second.record;
+  return found->second;
 }
 
 Result<Blob> Store::scene_bytes(const Digest& id) { return read_scene(id, &Blobs::get); }
@@ -197,14 +198,12 @@ Result<Bytes> Store::read_scene(const Digest& id, Result<Bytes> (Blobs::*read)(c
 
 std::vector<SceneRecord> Store::scenes() const {
   const std::shared_lock copy(copy_);
-  std::vector<const StoredScene*> ordered;
-  for (const auto& [id, scene] : scenes_) ordered.push_back(&scene);
-  std::sort(ordered.begin(), ordered.end(), [](const StoredScene* a, const StoredScene* b) {
-    return std::pair(!a->record.sample, a->arrival) < std::pair(!b->record.sample, b->arrival);
+  std::vector<SceneRecord> ordered;
+  for (const auto& [id, scene] : scenes_) ordered.push_back(scene);
+  std::sort(ordered.begin(), ordered.end(), [](const SceneRecord& a, const SceneRecord& b) {
+    return std::pair(!a.sample, a.arrival) < std::pair(!b.sample, b.arrival);
   });
-  std::vector<SceneRecord> records;
-  for (const StoredScene* scene : ordered) records.push_back(scene->record);
-  return records;
+  return ordered;
 }
 
 Status Store::remove_scene(const Digest& id) {

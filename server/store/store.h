@@ -62,10 +62,6 @@ class Store {
   std::uint64_t newest_event() const;
 
  private:
-  struct StoredScene {
-    SceneRecord record;
-    std::uint64_t arrival = 0;
-  };
   struct StoredJob {
     JobRecord record;
     std::deque<Event> events;
@@ -86,7 +82,7 @@ class Store {
   const std::unique_ptr<Blobs> files_;
   std::mutex writing_;                ///< held over a transaction and the change of the copy
   mutable std::shared_mutex copy_;    ///< held while the copy below is looked at or changed
-  std::map<Digest, StoredScene> scenes_;
+  std::map<Digest, SceneRecord> scenes_;
   std::map<std::string, StoredJob> jobs_;
   std::uint64_t next_arrival_ = 1;
   std::uint64_t last_sequence_ = 0;

@@ -111,6 +111,25 @@ TEST_F(ServiceTest, ScenesSurviveARestartAndADamagedOneCanBeUploadedAgain) {
   EXPECT_EQ(get(port_, "/v1/scenes/" + scene + ".glb").body, small_glb());
 }
 
+TEST_F(ServiceTest, PagesOfScenesSkipNoneThoughSamplesAreDatedAnew) {
+  const TemporaryFolder samples;
+  ServiceOptions options;
+  options.samples_dir = samples.path().string();
+  std::ofstream(samples.path() / "b.glb", std::ios::binary) << small_glb("b");
+  start(options);
+  std::ofstream(samples.path() / "a.glb", std::ios::binary) << small_glb("a");
+  restart(options);  // a has come after b, but is dated before it
+  upload();
+  std::vector<std::string> names;
+  std::string next;
+  do {
+    const json page = json::parse(get(port_, "/v1/scenes?limit=1" + next).body);
+    for (const json& scene : page["scenes"]) names.push_back(scene["name"]);
+    next = page["next_cursor"].is_null() ? "" : "&cursor=" + page["next_cursor"].get<std::string>();
+  } while (!next.empty());
+  EXPECT_EQ(names, (std::vector<std::string>{"b", "a", ""}));
+}
+
 TEST_F(ServiceTest, ASlowReaderOfASceneFileCostsLittleMemory) {
   constexpr std::size_t kFileBytes = 40 << 20, kReaders = 8;
   const TemporaryFolder samples;
