@@ -1,6 +1,6 @@
 #include "server/api/api.h"
+#include "server/api/etag.h"
 #include "server/api/problem.h"
-#include "server/api/query.h"
 #include "server/api/range.h"
 
 namespace photond {

@@ -1,4 +1,5 @@
 #include "server/api/api.h"
+#include "server/api/etag.h"
 #include "server/api/problem.h"
 #include "server/api/query.h"
 #include "server/api/wait.h"
@@ -73,11 +74,9 @@ Response Api::get_frame(const Request& request) const {
   const auto revision = static_cast<std::uint32_t>(whole_parameter(request, "rev"));
   Response response = frame_response(id, revision, wish);
   if (response.status != 200) return response;
-  const std::string etag = frame_etag(id, revision, wish);
-  if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
-  response.headers.emplace_back("ETag", etag);
+  response.headers.emplace_back("ETag", frame_etag(id, revision, wish));
   response.headers.emplace_back("Cache-Control", "private, max-age=31536000, immutable");
-  return response;
+  return unless_known(request, std::move(response));
 }
 
 Response Api::latest_frame(const Request& request, const FrameWish& wish) const {
@@ -98,13 +97,11 @@ Response Api::latest_frame(const Request& request, const FrameWish& wish) const 
   if (!job) return no_job(id);
   if (job->revision <= after || (response.status == 404 && !is_terminal(job->state))) return no_newer_frame();
   if (response.status != 200) return response;
-  const std::string etag = frame_etag(id, job->revision, wish);
-  if (names_etag(request.header("if-none-match"), etag)) return not_modified(etag);
-  response.headers.emplace_back("ETag", etag);
+  response.headers.emplace_back("ETag", frame_etag(id, job->revision, wish));
   response.headers.emplace_back("Cache-Control", "no-cache");
   response.headers.emplace_back("Content-Location", frame_path(id, job->revision, wish));
   response.headers.emplace_back("Photond-Revision", std::to_string(job->revision));
-  return response;
+  return unless_known(request, std::move(response));
 }
 
 Response Api::frame_response(const std::string& id, std::uint32_t revision, const FrameWish& wish) const {

@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "server/api/api.h"
+#include "server/api/etag.h"
 #include "server/api/job_message.h"
 #include "server/api/problem.h"
 #include "server/api/query.h"
@@ -138,13 +139,13 @@ Response Api::get_job(const Request& request) const {
   std::optional<JobRecord> job;
   const std::string known = request.header("if-none-match");
   const auto watched = jobs_.job(id);
-  const bool changed = wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
+  wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
     if (watched) watched->look();
     job = store_.job(id);
     return !job || known.empty() || !names_etag(known, job_etag(*job));
   });
   if (!job) return no_job(id);
-  return changed ? job_response(*job) : not_modified(job_etag(*job));
+  return unless_known(request, job_response(*job));
 }
 
 Response Api::cancel_job(const Request& request) {

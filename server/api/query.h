@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <optional>
@@ -40,37 +39,6 @@ inline std::uint64_t whole_parameter(const Request& request, const char* name) {
 /// How long a long poll waits.
 inline std::chrono::milliseconds wait_parameter(const Request& request) {
   return std::chrono::milliseconds(1000 * whole_parameter(request, "wait"));
-}
-
-/// A strong ETag of this name: the name in quotes.
-inline std::string strong_etag(const std::string& name) {
-  std::string etag(1, '"');
-  etag += name;
-  etag += '"';
-  return etag;
-}
-
-/// Whether an If-None-Match (`weak`: W/ counts as nothing) or If-Match header names the strong `etag`, with its quotes.
-inline bool names_etag(std::string_view header, std::string_view etag, bool weak = true) {
-  if (header == "*") return true;
-  while (!header.empty()) {
-    header.remove_prefix(std::min(header.size(), header.find_first_not_of(" \t,")));
-    const bool is_weak = header.starts_with("W/");
-    if (is_weak) header.remove_prefix(2);
-    const std::size_t end = header.starts_with('"') ? header.find('"', 1) : std::string_view::npos;
-    if (end == std::string_view::npos) return false;  // not a list of entity tags
-    if (header.substr(0, end + 1) == etag && (weak || !is_weak)) return true;
-    header.remove_prefix(end + 1);
-  }
-  return false;
-}
-
-/// The answer to an If-None-Match that names what is there.
-inline Response not_modified(const std::string& etag) {
-  Response response;
-  response.status = 304;
-  response.headers.emplace_back("ETag", etag);
-  return response;
 }
 
 }  // namespace photond

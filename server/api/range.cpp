@@ -4,6 +4,7 @@
 #include <optional>
 #include <string_view>
 
+#include "server/api/etag.h"
 #include "server/api/problem.h"
 #include "server/api/query.h"
 
@@ -32,13 +33,6 @@ std::optional<Range> parse_range(std::string_view text, std::uint64_t size, bool
   if (unsatisfiable) return std::nullopt;
   if (!first) return Range{size - std::min(size, *last), size - 1};  // the last so many bytes
   return Range{*first, std::min(last.value_or(size - 1), size - 1)};
-}
-
-std::string etag_of(const Response& response) {
-  for (const auto& [name, value] : response.headers) {
-    if (name == "ETag") return value;
-  }
-  return {};
 }
 
 }  // namespace

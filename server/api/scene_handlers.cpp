@@ -3,6 +3,7 @@
 #include <iterator>
 
 #include "server/api/api.h"
+#include "server/api/etag.h"
 #include "server/api/problem.h"
 #include "server/api/query.h"
 #include "server/api/scene_message.h"
@@ -63,10 +64,8 @@ Response Api::get_scene(const Request& request) {
   const auto summary = jobs_.scenes().summary(scene->id, request.stop);
   if (!summary) return problem(summary.error());
   Response response = json_response(scene_message(*scene, summary->get()));
-  const std::string etag = scene_etag(response);
-  if (names_etag(request.header("if-none-match"), etag)) response = {.status = 304};
-  response.headers.emplace_back("ETag", etag);
-  return response;
+  response.headers.emplace_back("ETag", scene_etag(response));
+  return unless_known(request, std::move(response));
 }
 
 Response Api::get_scene_file(const Request& request) const {

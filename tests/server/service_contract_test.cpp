@@ -2,8 +2,8 @@
 #include <thread>
 
 #include "server/api/contract.h"
+#include "server/api/etag.h"
 #include "server/api/openapi.h"
-#include "server/api/query.h"
 #include "tests/server/service_fixture.h"
 
 namespace photond::test {

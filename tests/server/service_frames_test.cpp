@@ -149,6 +149,22 @@ TEST_F(FramesTest, APictureThatNeverWasHasNotStayedTheSame) {
   EXPECT_EQ(get(port_, frames + "latest.png", any).status, 304);
 }
 
+TEST_F(FramesTest, WhatIsKnownAlreadyIsToldWithTheHeadersOfTheWhole) {
+  const std::string scene = upload();
+  const json urls = wait_for_end(submit(scene, R"("method":"path","stop":{"passes":2})"))["urls"];
+  const std::string frame = urls["frame"], latest = urls["latest"], scene_path = "/v1/scenes/" + scene;
+  for (const std::string& target : {urls["self"].get<std::string>(), frame + ".png", latest + ".png",
+                                    latest + ".exr?layer=error.bias", scene_path, scene_path + ".glb"}) {
+    Reply whole = get(port_, target);
+    Reply known = get(port_, target, {{"If-None-Match", whole.headers["etag"]}});
+    EXPECT_EQ(known.status, 304) << target;
+    EXPECT_NE(whole.headers["cache-control"], "") << target;
+    for (const char* name : {"etag", "cache-control", "content-location", "photond-revision"}) {
+      EXPECT_EQ(known.headers[name], whole.headers[name]) << target << ": " << name;
+    }
+  }
+}
+
 TEST_F(FramesTest, AfterARestartOneWaitsForThePictureAsBefore) {
   const std::string id = submit(upload(), R"("method":"path","film":{"width":800,"height":600},"stop":{"seconds":600})");
   const std::string latest = "/v1/jobs/" + id + "/frames/latest.jpg?wait=20";
