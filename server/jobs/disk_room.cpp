@@ -10,12 +10,50 @@ namespace photond {
 
 namespace {
 
+/// By id.
+std::set<std::string> live_jobs(const Store& store) {
+  std::set<std::string> ids;
+  for (const JobRecord& job : store.jobs()) {
+    if (!is_terminal(job.state)) ids.insert(job.id);
+  }
+  return ids;
+}
+
 /// Oldest first.
 std::vector<JobRecord> ended_jobs(const Store& store) {
   std::vector<JobRecord> jobs = store.jobs();
   std::erase_if(jobs, [](const JobRecord& job) { return !is_terminal(job.state); });
   std::reverse(jobs.begin(), jobs.end());
   return jobs;
+}
+
+/// That no live job needs.
+std::vector<SceneRecord> idle_scenes(const Store& store) {
+  std::set<Digest> needed;
+  for (const JobRecord& job : store.jobs()) {
+    if (!is_terminal(job.state)) needed.insert(job.spec.scene);
+  }
+  std::vector<SceneRecord> scenes = store.scenes();
+  std::erase_if(scenes, [&](const SceneRecord& scene) { return scene.sample || needed.contains(scene.id); });
+  return scenes;
+}
+
+/// That no live job needs.
+Result<std::vector<EnvironmentRecord>> idle_environments(const Store& store, const Environments& environments) {
+  std::set<Digest> needed;
+  for (const JobRecord& job : store.jobs()) {
+    if (!is_terminal(job.state) && job.spec.environment) needed.insert(job.spec.environment->id);
+  }
+  auto idle = environments.list();
+  if (idle) std::erase_if(*idle, [&](const EnvironmentRecord& record) { return needed.contains(record.id); });
+  return idle;
+}
+
+template <class Record>
+std::uint64_t bytes_of(const std::vector<Record>& records) {
+  std::uint64_t bytes = 0;
+  for (const Record& record : records) bytes += record.bytes;
+  return bytes;
 }
 
 /// What left a folder since it had `before` bytes; others may be adding to it.
@@ -41,7 +79,11 @@ Status DiskRoom::make_room(std::uint64_t bytes) {
   const std::lock_guard lock(mutex_);
   DiskUse use;
   if (const Status measured = measure(use); !measured) return measured;
-  if (!use.has_room(bytes)) {
+  if (use.has_room(bytes)) return Done{};
+  const Result<std::uint64_t> spare = spare_bytes();
+  if (!spare) return spare.error();
+  // What is removed in vain is missed for nothing.
+  if (use.without(*spare).has_room(bytes)) {
     if (const Status reduced = reduce_to(use.limit - std::min(use.limit, bytes), use); !reduced) return reduced;
   }
   if (use.has_room(bytes)) return Done{};
@@ -60,9 +102,19 @@ Status DiskRoom::tidy() {
   return Done{};
 }
 
+/// Of all that may be removed.
+Result<std::uint64_t> DiskRoom::spare_bytes() const {
+  const Result<std::uint64_t> files = files_.bytes_without(live_jobs(store_));
+  if (!files) return files.error();
+  const auto environments = idle_environments(store_, environments_);
+  if (!environments) return environments.error();
+  const std::uint64_t maps = maps_.bytes ? maps_.bytes() : 0;
+  return maps + *files + bytes_of(idle_scenes(store_)) + bytes_of(*environments);
+}
+
 Status DiskRoom::reduce_to(std::uint64_t target, DiskUse& use) {
-  if (evict_maps_ && use.used > target) {
-    evict_maps_(use.used - target);
+  if (maps_.free && use.used > target) {
+    maps_.free(use.used - target);
     if (const Status measured = measure(use); !measured) return measured;
   }
   if (const Status dropped = drop_checkpoints(target, use); !dropped) return dropped;
@@ -92,13 +144,8 @@ Status DiskRoom::drop_frames(std::uint64_t target, DiskUse& use) {
 }
 
 Status DiskRoom::drop_scenes(std::uint64_t target, DiskUse& use) {
-  std::set<Digest> needed;
-  for (const JobRecord& job : store_.jobs()) {
-    if (!is_terminal(job.state)) needed.insert(job.spec.scene);
-  }
-  for (const SceneRecord& scene : store_.scenes()) {
+  for (const SceneRecord& scene : idle_scenes(store_)) {
     if (use.used <= target) return Done{};
-    if (scene.sample || needed.contains(scene.id)) continue;
     if (const Status removed = store_.remove_scene(scene.id); !removed) return removed;
     use.used -= std::min(use.used, scene.bytes);
   }
@@ -107,15 +154,10 @@ Status DiskRoom::drop_scenes(std::uint64_t target, DiskUse& use) {
 
 Status DiskRoom::drop_environments(std::uint64_t target, DiskUse& use) {
   if (use.used <= target) return Done{};
-  std::set<Digest> needed;
-  for (const JobRecord& job : store_.jobs()) {
-    if (!is_terminal(job.state) && job.spec.environment) needed.insert(job.spec.environment->id);
-  }
-  const auto environments = environments_.list();
+  const auto environments = idle_environments(store_, environments_);
   if (!environments) return environments.error();
   for (const EnvironmentRecord& environment : *environments) {
     if (use.used <= target) return Done{};
-    if (needed.contains(environment.id)) continue;
     if (const Status removed = environments_.remove(environment.id); !removed) return removed;
     use.used -= std::min(use.used, environment.bytes);
   }

@@ -17,18 +17,21 @@ namespace photond {
 /// needs which has not ended. Thread-safe.
 class DiskRoom {
  public:
-  /// Removes files of at least so many bytes, if there are as many, and returns how many it removed.
-  using Evict = std::function<std::uint64_t(std::uint64_t bytes)>;
+  /// Photon maps, as far as it goes for room.
+  struct Maps {
+    std::function<std::uint64_t()> bytes;                    ///< of files that may go
+    std::function<std::uint64_t(std::uint64_t bytes)> free;  ///< removes so many, if there are; returns how many
+  };
 
   /// The references must outlive the object.
   DiskRoom(std::filesystem::path folder, const DiskLimits& limits, Store& store, Environments& environments,
            JobFiles& files)
       : folder_(std::move(folder)), limits_(limits), store_(store), environments_(environments), files_(files) {}
 
-  /// What removes photon maps; none at first.
-  void set_map_eviction(Evict evict) { evict_maps_ = std::move(evict); }
+  /// There are none at first.
+  void set_maps(Maps maps) { maps_ = std::move(maps); }
 
-  /// Makes room for a file. Errors: limit_exceeded at "disk" where that cannot be; io.
+  /// Makes room for a file. Errors: limit_exceeded at "disk" where that cannot be: then nothing was removed; io.
   Status make_room(std::uint64_t bytes);
   /// To be called now and then: above the high water mark removes down to the low one, and finds out whether the disk
   /// is full. Errors: io.
@@ -38,6 +41,7 @@ class DiskRoom {
   DiskUse use() const;
 
  private:
+  Result<std::uint64_t> spare_bytes() const;
   Status reduce_to(std::uint64_t bytes, DiskUse& use);
   Status drop_checkpoints(std::uint64_t target, DiskUse& use);
   Status drop_frames(std::uint64_t target, DiskUse& use);
@@ -50,7 +54,7 @@ class DiskRoom {
   Store& store_;
   Environments& environments_;
   JobFiles& files_;
-  Evict evict_maps_;
+  Maps maps_;
   mutable std::mutex mutex_;
   DiskUse use_;  ///< by the last `tidy`
   std::atomic<bool> full_{false};

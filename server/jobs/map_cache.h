@@ -72,6 +72,8 @@ class MapCache {
   /// Keeps it from eviction in both tiers, or no longer. Errors: not_found; conflict where more than half of a budget
   /// would be pinned.
   Status pin(const MapKey& key, bool pinned);
+  /// Bytes of disk that `free_disk` can free.
+  std::uint64_t spare_disk() const { return files_ ? files_->evictable_bytes() : 0; }
   /// Frees at least so many bytes of disk, or all that is not pinned; returns how many.
   std::uint64_t free_disk(std::uint64_t bytes) { return files_ ? files_->evict(bytes) : 0; }
   /// Waits until what was built so far is on disk.

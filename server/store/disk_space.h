@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 
@@ -22,6 +23,8 @@ struct DiskUse {
   std::uint64_t high_water() const { return limit / 100 * 90; }
   std::uint64_t low_water() const { return limit / 100 * 75; }
   bool has_room(std::uint64_t bytes) const { return used + bytes <= limit; }
+  /// As it would be after so many bytes were removed.
+  DiskUse without(std::uint64_t bytes) const { return {used - std::min(used, bytes), limit}; }
 };
 
 /// Looks through the folder and asks the file system. Errors: io.

@@ -1,6 +1,7 @@
 #include "server/store/job_files.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 namespace photond {
@@ -115,6 +116,32 @@ Status JobFiles::drop_checkpoints(const std::string& job, std::size_t keep) {
 Status JobFiles::drop_frames(const std::string& job) {
   const std::lock_guard lock(changing_);
   return drop(*frame_files_, "frames", job, 0);
+}
+
+Result<std::uint64_t> JobFiles::bytes_without(const std::set<std::string>& jobs) {
+  const Result<std::uint64_t> frames = bytes_without("frames", jobs);
+  if (!frames) return frames;
+  const Result<std::uint64_t> checkpoints = bytes_without("checkpoints", jobs);
+  return checkpoints ? *frames + *checkpoints : checkpoints;
+}
+
+/// A blob that several jobs name, as those of equal jobs, counts once, and stays with the last of them.
+Result<std::uint64_t> JobFiles::bytes_without(const char* table, const std::set<std::string>& jobs) {
+  std::map<Digest, std::uint64_t> blobs;
+  std::set<Digest> staying;
+  const Status read = database_.read([&](Transaction& transaction) {
+    Query rows = transaction.query(std::string("SELECT job, blob, bytes FROM ") + table);
+    while (rows.next()) {
+      const Digest blob = digest_of(rows.bytes(1));
+      blobs[blob] = rows.whole(2);
+      if (jobs.contains(rows.text(0))) staying.insert(blob);
+    }
+    return rows.status();
+  });
+  if (!read) return read.error();
+  std::uint64_t bytes = 0;
+  for (const auto& [blob, size] : blobs) bytes += staying.contains(blob) ? 0 : size;
+  return bytes;
 }
 
 /// After a row could not be written (the job is gone, the disk full). What fails here too is swept at the next start.

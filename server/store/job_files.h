@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,9 @@ class JobFiles {
   /// Removes the pictures of a job.
   Status drop_frames(const std::string& job);
 
+  /// What would be gone with all jobs but these. Errors: io.
+  Result<std::uint64_t> bytes_without(const std::set<std::string>& jobs);
+
   const Blobs& frame_files() const { return *frame_files_; }
   const Blobs& checkpoint_files() const { return *checkpoint_files_; }
 
@@ -57,6 +61,7 @@ class JobFiles {
   Status sweep(Blobs& files, const char* table);
   Status publish(Blobs& files, const char* table, const Blobs::Written& written, const Database::Body& row);
   void remove_unnamed(Blobs& files, const char* table, const Digest& blob);
+  Result<std::uint64_t> bytes_without(const char* table, const std::set<std::string>& jobs);
   Status drop(Blobs& files, const char* table, const std::string& job, std::size_t keep);
 
   Database& database_;

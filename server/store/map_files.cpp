@@ -164,6 +164,13 @@ std::uint64_t MapFiles::evict(std::uint64_t bytes) {
   return before - bytes_;
 }
 
+std::uint64_t MapFiles::evictable_bytes() const {
+  const std::lock_guard lock(mutex_);
+  std::uint64_t bytes = 0;
+  for (const auto& [key, info] : entries_) bytes += info.pinned ? 0 : info.bytes;
+  return bytes;
+}
+
 void MapFiles::make_room(std::uint64_t bytes) {
   while (bytes_ + bytes > budget_bytes_ && evict_oldest()) {}
 }

@@ -52,6 +52,8 @@ class MapFiles {
   /// Removes the least recently used that are not pinned until `bytes` are free or none are left; returns how many
   /// bytes it freed. For whoever needs the disk for something that cannot be made again.
   std::uint64_t evict(std::uint64_t bytes);
+  /// As many as `evict` can free.
+  std::uint64_t evictable_bytes() const;
 
   std::optional<Info> find(const MapKey& key) const;
   /// In the order of the keys.

@@ -96,6 +96,7 @@ TEST_F(MapFilesTest, PinnedFilesStay) {
   EXPECT_TRUE(files_->find(key(0))->pinned) << "after a restart, too";
   ASSERT_TRUE(put(2).ok());
   EXPECT_FALSE(files_->find(key(2))) << "there is no room beside what is pinned";
+  EXPECT_EQ(files_->evictable_bytes(), 0u);
   EXPECT_EQ(files_->evict(UINT64_MAX), 0u);
   EXPECT_TRUE(reads(0));
   EXPECT_TRUE(files_->pin(key(0), false));
@@ -107,6 +108,7 @@ TEST_F(MapFilesTest, PinnedFilesStay) {
 TEST_F(MapFilesTest, GivesWayToWhatCannotBeMadeAgain) {
   ASSERT_TRUE(put(1).ok() && put(2).ok());
   const std::uint64_t before = files_->totals().bytes;
+  EXPECT_EQ(files_->evictable_bytes(), before);
   const std::uint64_t freed = files_->evict(size_ + 1);
   EXPECT_GE(freed, size_ + 1);
   EXPECT_EQ(files_->totals().bytes, before - freed);

@@ -65,7 +65,7 @@ TEST_F(DiskRoomTest, WhatCanBeMissedGoesInOrder) {
   const std::uint64_t all = used();
   const auto free = [&](std::uint64_t bytes) {
     DiskRoom room = this->room(used());
-    room.set_map_eviction([&](std::uint64_t wanted) { return asked = wanted; });
+    room.set_maps({[] { return 0; }, [&](std::uint64_t wanted) { return asked = wanted; }});
     return room.make_room(bytes);
   };
   EXPECT_TRUE(free(50'000).ok());
@@ -89,6 +89,33 @@ TEST_F(DiskRoomTest, WhatCanBeMissedGoesInOrder) {
   EXPECT_TRUE(stored_.store->scene(needed.id) && stored_.store->scene(sample.id));
   EXPECT_EQ(stored_.store->jobs().size(), 3u) << "jobs themselves are small";
   EXPECT_LT(used(), all);
+}
+
+TEST_F(DiskRoomTest, WhatCannotMakeEnoughRoomStays) {
+  const SceneRecord idle = scene(1), needed = scene(2);
+  const EnvironmentRecord idle_sky = environment(4);
+  job("j-old", JobState::succeeded, idle.id, idle_sky.id);
+  job("j-live", JobState::paused, needed.id);
+  // Equal jobs have the same files: these do not go twice, nor while one of the jobs lives.
+  job("k-old", JobState::succeeded, idle.id);
+  job("k-live", JobState::paused, needed.id);
+  ASSERT_TRUE(stored_.files->put_frame("k-old", 2, FrameFormat::png, bytes_of(100'000, 'e')).ok());
+  const std::uint64_t all = used();
+  DiskRoom room = this->room(all);
+  std::uint64_t asked = 0;
+  room.set_maps({[] { return 100'000; }, [&](std::uint64_t wanted) { return asked = wanted; }});
+  for (const std::uint64_t bytes : {all + 1, std::uint64_t{520'000}}) {
+    const Status none = room.make_room(bytes);
+    ASSERT_FALSE(none.ok());
+    EXPECT_TRUE(is_disk_full(none.error()));
+    EXPECT_EQ(asked, 0u);
+    EXPECT_TRUE(has_frame("j-old") && has_checkpoint("j-old"));
+    EXPECT_TRUE(stored_.store->scene(idle.id) && has_environment(idle_sky));
+  }
+  EXPECT_EQ(used(), all);
+  room.set_maps({});
+  EXPECT_TRUE(room.make_room(390'000).ok());
+  EXPECT_FALSE(has_frame("j-old") || stored_.store->scene(idle.id) || has_environment(idle_sky));
 }
 
 TEST_F(DiskRoomTest, IsTidiedFromTheHighWaterMarkToTheLowOne) {
@@ -202,7 +229,10 @@ TEST_F(DiskFullTest, ACheckpointThatDoesNotFitPausesItsJobOnly) {
   const json paused = wait_for_state(large, "paused");
   EXPECT_EQ(paused["paused_because"], "disk_full") << "its film alone has more than the quota";
   EXPECT_EQ(get(port_, "/readyz").status, 200);
-  EXPECT_EQ(wait_for_end(submit(scene_, R"("method":"path","stop":{"passes":3})"))["state"], "succeeded");
+  const std::string small = submit(scene_, R"("method":"path","stop":{"passes":3})");
+  EXPECT_EQ(wait_for_end(small)["state"], "succeeded");
+  std::this_thread::sleep_for(std::chrono::seconds(2));  // the disk is looked after every second
+  EXPECT_EQ(get(port_, "/v1/jobs/" + small + "/frames/latest.png").status, 200) << "nothing goes in vain";
   EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + large + "/cancel").status, 202);
   EXPECT_EQ(wait_for_end(large)["state"], "canceled");
 }
