@@ -40,7 +40,8 @@ Status save_checkpoint(JobFiles& files, const std::string& job, const std::strin
                        double seconds, const std::stop_token& stop);
 
 /// The newest checkpoint that is whole and of the same picture and program, which `identity` says; nothing where there
-/// is none. What is damaged or of another program is skipped: the job then begins further back. Errors: io.
+/// is none. What is damaged or of another program is removed: the job begins further back, and what it writes then must
+/// not give way to that. Errors: io.
 Result<std::optional<Restored>> restore_checkpoint(JobFiles& files, const std::string& job,
                                                    const std::string& identity);
 

@@ -113,6 +113,11 @@ Status JobFiles::drop_checkpoints(const std::string& job, std::size_t keep) {
   return drop(*checkpoint_files_, "checkpoints", job, keep);
 }
 
+Status JobFiles::drop_checkpoint(const std::string& job, const Checkpoint& checkpoint) {
+  const std::lock_guard lock(changing_);
+  return remove_rows(*checkpoint_files_, "checkpoints", job, {checkpoint.blob});
+}
+
 Status JobFiles::drop_frames(const std::string& job) {
   const std::lock_guard lock(changing_);
   return drop(*frame_files_, "frames", job, 0);
@@ -155,27 +160,34 @@ void JobFiles::remove_unnamed(Blobs& files, const char* table, const Digest& blo
   if (read && !named) (void)files.remove(blob).ok();
 }
 
-/// Removes the rows of a job but for the `keep` with the most passes, and the blobs that no other row names.
+/// Removes the rows of a job but for the `keep` with the most passes.
 Status JobFiles::drop(Blobs& files, const char* table, const std::string& job, std::size_t keep) {
   const std::string name = table;
-  std::vector<std::vector<std::byte>> blobs;
+  std::vector<Digest> blobs;
   const Status listed = database_.read([&](Transaction& transaction) {
     const std::string order = name == "checkpoints" ? " ORDER BY passes DESC" : " ORDER BY revision DESC, format";
     Query rows = transaction.query("SELECT blob FROM " + name + " WHERE job = ?" + order, job);
     for (std::size_t row = 0; rows.next(); ++row) {
-      if (row >= keep) blobs.push_back(rows.bytes(0));
+      if (row >= keep) blobs.push_back(digest_of(rows.bytes(0)));
     }
     return rows.status();
   });
-  if (!listed || blobs.empty()) return listed;
+  return listed ? remove_rows(files, table, job, blobs) : listed;
+}
+
+/// Removes the rows of these blobs, and those of the blobs that no other row names.
+Status JobFiles::remove_rows(Blobs& files, const char* table, const std::string& job,
+                             const std::vector<Digest>& blobs) {
+  if (blobs.empty()) return Done{};
+  const std::string name = table;
   std::vector<Digest> gone;
   const Status written = database_.write([&](Transaction& transaction) -> Status {
-    for (const std::vector<std::byte>& blob : blobs) {
+    for (const Digest& blob : blobs) {
       const Status removed =
-          transaction.run("DELETE FROM " + name + " WHERE job = ? AND blob = ?", job, blob);
+          transaction.run("DELETE FROM " + name + " WHERE job = ? AND blob = ?", job, name_of(blob));
       if (!removed) return removed;
-      Query others = transaction.query("SELECT 1 FROM " + name + " WHERE blob = ? LIMIT 1", blob);
-      if (!others.next()) gone.push_back(digest_of(blob));
+      Query others = transaction.query("SELECT 1 FROM " + name + " WHERE blob = ? LIMIT 1", name_of(blob));
+      if (!others.next()) gone.push_back(blob);
       if (const Status read = others.status(); !read) return read;
     }
     return Done{};

@@ -46,6 +46,8 @@ class JobFiles {
   Result<FileBytes> open(const Checkpoint& checkpoint) { return checkpoint_files_->open_file(checkpoint.blob); }
   /// Removes all but the newest `keep`.
   Status drop_checkpoints(const std::string& job, std::size_t keep = 0);
+  /// Removes one that is of no use. Errors: io.
+  Status drop_checkpoint(const std::string& job, const Checkpoint& checkpoint);
   /// Removes the pictures of a job.
   Status drop_frames(const std::string& job);
 
@@ -63,6 +65,7 @@ class JobFiles {
   void remove_unnamed(Blobs& files, const char* table, const Digest& blob);
   Result<std::uint64_t> bytes_without(const char* table, const std::set<std::string>& jobs);
   Status drop(Blobs& files, const char* table, const std::string& job, std::size_t keep);
+  Status remove_rows(Blobs& files, const char* table, const std::string& job, const std::vector<Digest>& blobs);
 
   Database& database_;
   const std::unique_ptr<Blobs> frame_files_;
