@@ -64,7 +64,6 @@ bool may_move(JobState from, JobState to) {
     case JobState::canceled:
       return from == JobState::canceling;
     case JobState::failed:
-      return on_its_way || from == JobState::canceling;
     case JobState::paused:
       return on_its_way;
   }
