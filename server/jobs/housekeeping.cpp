@@ -65,18 +65,19 @@ void Jobs::pause_for_room() {
   }
 }
 
-/// Takes up what waited for room, in the order it came.
+/// Takes up what waited for room, in the order it came; what rests in memory only is put away.
 void Jobs::wake() {
   const std::lock_guard lock(mutex_);
   if (stopping_) return;
   std::map<std::uint64_t, std::shared_ptr<RunJob>> waiting;
   for (const auto& [id, run] : runs_) {
     const bool paused = run->job()->pause_reason() == PauseReason::disk_full;
-    if (paused || run->stalled()) waiting.emplace(run->job()->record().sequence, run);
+    if (paused || run->stalled() || run->unsaved()) waiting.emplace(run->job()->record().sequence, run);
   }
   for (const auto& [sequence, run] : waiting) {
     if (run->missing_bytes() > 0 && !room_.make_room(run->missing_bytes())) continue;
-    if (run->stalled() || run->job()->move(JobState::queued)) put_to_work(run);
+    const bool paused = run->job()->pause_reason() == PauseReason::disk_full;
+    if (!paused || run->job()->move(JobState::queued)) put_to_work(run);
   }
 }
 

@@ -364,7 +364,10 @@ void Jobs::stop() {
     const std::lock_guard lock(mutex_);
     if (stopping_.exchange(true)) return;
     for (const auto& [spec, prewarm] : prewarms_) prewarm->cancel();
-    for (const auto& [id, run] : runs_) run->drain();
+    for (const auto& [id, run] : runs_) {
+      run->drain();
+      if (run->unsaved() || run->stalled()) put_to_work(run);  // once more
+    }
   }
   scheduler_.wait_idle(limits_.drain_time);
   scheduler_.stop();

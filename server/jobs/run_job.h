@@ -65,6 +65,8 @@ class RunJob : public Slices {
   Status put_back();
   /// In no scheduler although its job is neither ended nor paused: the store refused to say so.
   bool stalled() const;
+  /// Its job rests, but could not be put away, and keeps its memory; a further `step` tries again.
+  bool unsaved() const { return unsaved_; }
   /// Bytes that there was no room for when the job was last put aside; 0 where there was.
   std::uint64_t missing_bytes() const { return missing_bytes_; }
 
@@ -115,6 +117,7 @@ class RunJob : public Slices {
   bool draining_ = false;
   bool stalled_ = false;
   std::atomic<std::uint64_t> missing_bytes_{0};
+  std::atomic<bool> unsaved_{false};
   Execution execution_;
 
   std::shared_ptr<const RenderTask> task_;

@@ -41,7 +41,7 @@ void RunJob::settle() {
     draining = draining_;
   }
   const JobState state = job_->state();
-  settled_ = draining || state == JobState::paused;
+  settled_ = unsaved_ = draining || state == JobState::paused;
   if (is_terminal(state)) return release();
   if (!settled_) return;
   const bool kept = put_away();
@@ -64,6 +64,7 @@ void RunJob::let_go() {
   film_ = Film();
   maps_.release();
   task_.reset();
+  unsaved_ = false;
 }
 
 void RunJob::release() {

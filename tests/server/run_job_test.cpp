@@ -159,5 +159,21 @@ TEST_F(RunJobTest, IsPutAwayWheneverTheServiceEnds) {
   }
 }
 
+TEST_F(RunJobTest, WhatCannotBePutAwayRestsUntilItCan) {
+  RunJob run(new_job(tiny(new_record())), parts_);
+  while (passes_ < 3) ASSERT_TRUE(run.step());
+  ASSERT_TRUE(run.job()->move(JobState::paused).ok());
+  const auto folder = stored_.folder.path() / "checkpoints", away = stored_.folder.path() / "away";
+  std::filesystem::rename(folder, away);
+  EXPECT_FALSE(run.step()) << "it does not try for ever";
+  EXPECT_TRUE(run.unsaved());
+  std::filesystem::rename(away, folder);
+  ASSERT_TRUE(run.claim());
+  EXPECT_FALSE(run.step());
+  EXPECT_FALSE(run.unsaved());
+  EXPECT_EQ(stored_.files->checkpoints("a")->front().passes, 3u);
+  EXPECT_EQ(run.job()->state(), JobState::paused);
+}
+
 }  // namespace
 }  // namespace photond

@@ -208,6 +208,27 @@ TEST_F(DiskFullTest, JobsWaitWritesAreRefusedAndAllHealsByItself) {
   EXPECT_EQ(wait_for_end(running)["state"], "succeeded");
 }
 
+TEST_F(DiskFullTest, AJobThatWasPausedMeanwhileIsPutAwayOnceThereIsRoom) {
+  const auto kept = [this] { return !std::filesystem::is_empty(data_->path() / "data" / "frames"); };
+  for (const bool stop : {false, true}) {
+    const std::string id = submit(scene_, R"("method":"path","stop":{"seconds":600})");
+    while (job(id)["passes"] == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    fill();
+    ASSERT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/pause").status, 202);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    EXPECT_FALSE(kept());
+    std::filesystem::remove(junk());
+    if (stop) restart();  // no later than the disk is looked at
+    for (int i = 0; i < 500 && !kept(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_TRUE(kept()) << stop;
+    EXPECT_EQ(job(id)["paused_because"], "request");
+    EXPECT_EQ(get(port_, "/v1/jobs/" + id + "/checkpoint").headers.at("photond-passes"), job(id)["passes"].dump());
+    EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/cancel").status, 202);
+    wait_for_end(id);
+    ASSERT_EQ(request(port_, "DELETE", "/v1/jobs/" + id).status, 204);
+  }
+}
+
 TEST_F(DiskFullTest, AFullDiskAtTheStartIsNoReasonNotToStart) {
   const std::string endless = submit(scene_, R"("method":"path","stop":{"seconds":600})");
   wait_for_state(endless, "rendering");
