@@ -36,6 +36,8 @@ class DiskRoom {
   /// To be called now and then: above the high water mark removes down to the low one, and finds out whether the disk
   /// is full. Errors: io.
   Status tidy();
+  /// Nothing is removed while this is held: what a job needs that begins meanwhile stays.
+  std::unique_lock<std::mutex> hold() const { return std::unique_lock(mutex_); }
   /// By the last `tidy`: there is no room, and no more can be made. Ends below the high water mark.
   bool full() const { return full_; }
   DiskUse use() const;

@@ -37,6 +37,12 @@ bool has_met(const StopRule& stop, const JobRecord& job) {
   return rule_met(stop, {job.passes, job.seconds, job.error.value_or(ErrorEstimate{})}) != nullptr;
 }
 
+/// Of a job that has ended, whose scene need not be there any more.
+Error cannot_go_on(const Error& why) {
+  if (why.code != ErrorCode::not_found) return why;
+  return {ErrorCode::conflict, "the job cannot go on: " + why.message, ""};
+}
+
 Error shutting_down() { return {ErrorCode::cancelled, "the service is shutting down", ""}; }
 
 }  // namespace
@@ -118,6 +124,8 @@ Result<JobRecord> Jobs::submit(const JobSpec& spec, const Owner& owner, std::sto
   if (stopping_) return shutting_down();
   if (const Result<Plan> plan = check(spec, stop); !plan) return plan.error();
   const std::lock_guard lock(mutex_);
+  const auto held = room_.hold();
+  if (const Status there = check_needs(spec); !there) return there.error();
   if (const Status room = check_room(owner); !room) return room.error();
   if (const Status forgotten = forget_oldest(); !forgotten) return forgotten.error();
   JobRecord record;
@@ -215,6 +223,9 @@ Result<JobRecord> Jobs::start_again(const std::string& id, JobState from, const 
   }
   const bool own = run->job()->owner == by.key;  // else it does not count as theirs
   if (const Status room = check_room(own ? by : Owner{}); !room && from != JobState::paused) return room.error();
+  const auto held = room_.hold();
+  const Status there = check_needs(now.spec);
+  if (!there && from != JobState::paused) return cannot_go_on(there.error());
   if (const Status moved = run->job()->move(JobState::queued, edit, guard); !moved) return moved.error();
   put_to_work(run);
   return run->job()->record();
@@ -355,6 +366,16 @@ Status Jobs::check_room(const Owner& owner) const {
   if (owner.limits.jobs && own >= *owner.limits.jobs)
     return Error{ErrorCode::limit_exceeded, "too many jobs of this key have not ended; try again later", "queue"};
   return Done{};
+}
+
+/// Whether what a job is made of is there. While `mutex_` and the room are held it stays.
+Status Jobs::check_needs(const JobSpec& spec) const {
+  if (!store_.scene(spec.scene)) {
+    return Error{ErrorCode::not_found, "there is no scene " + to_hex(spec.scene), "/scene"};
+  }
+  if (!spec.environment) return Done{};
+  const auto found = environments_.find(spec.environment->id);
+  return found ? Status(Done{}) : Error{found.error().code, found.error().message, "/environment/id"};
 }
 
 void Jobs::stop() {

@@ -93,10 +93,11 @@ class Jobs {
   /// Takes a paused job up again. One that is on its way already: no error. Errors: not_found, conflict.
   Result<JobRecord> resume(const std::string& id, const Guard& guard = {});
   /// Lets a succeeded job go on to a later stop. One that is on its way to that stop, or there: no error. Errors:
-  /// not_found, conflict, invalid_input ("/stop/…"; "/stop": met already), limit_exceeded as submit.
+  /// not_found; conflict (also where its scene or environment is gone); invalid_input ("/stop/…"; "/stop": met
+  /// already); limit_exceeded as submit.
   Result<JobRecord> extend(const std::string& id, const StopRule& stop, const Owner& by, const Guard& guard = {});
   /// Lets a failed job begin again, from its last checkpoint. One that is on its way: no error. Errors: not_found,
-  /// conflict, limit_exceeded as submit.
+  /// conflict (also where its scene or environment is gone), limit_exceeded as submit.
   Result<JobRecord> retry(const std::string& id, const Owner& by, const Guard& guard = {});
   /// Forgets an ended job. Errors: not_found, conflict.
   Status remove(const std::string& id, const Guard& guard = {});
@@ -139,6 +140,7 @@ class Jobs {
   std::shared_ptr<RunJob> find(const std::string& id) const;
   std::shared_ptr<RunJob> make_run(JobRecord record);
   Status check_room(const Owner& owner) const;
+  Status check_needs(const JobSpec& spec) const;
   Result<JobRecord> start_again(const std::string& id, JobState from, const Owner& by, const Job::Edit& edit,
                                 const Guard& guard);
   void put_to_work(const std::shared_ptr<RunJob>& run);

@@ -118,5 +118,14 @@ TEST_F(EnvironmentsTest, OneThatALiveJobNeedsStays) {
   EXPECT_EQ(request(port_, "DELETE", "/v1/environments/" + sky).status, 204);
 }
 
+TEST_F(EnvironmentsTest, AJobWhoseSkyIsGoneStaysAsItEnded) {
+  const std::string sky = add(even_sky(1))["id"];
+  const std::string id = submit(upload(), R"("stop":{"passes":2},"environment":{"id":")" + sky + R"("})");
+  const json done = wait_for_end(id);
+  EXPECT_EQ(request(port_, "DELETE", "/v1/environments/" + sky).status, 204);
+  EXPECT_EQ(post_json(port_, "/v1/jobs/" + id + "/extend", R"({"stop":{"passes":4}})").status, 409);
+  EXPECT_EQ(job(id), done);
+}
+
 }  // namespace
 }  // namespace photond::test

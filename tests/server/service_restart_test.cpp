@@ -184,6 +184,20 @@ TEST_F(RestartTest, ASucceededJobIsExtendedToTheBitsOfALongerOne) {
   EXPECT_EQ(extend(running, R"({"passes":90})").status, 409);
 }
 
+TEST_F(RestartTest, AJobWhoseSceneIsGoneStaysAsItEnded) {
+  const std::string id = submit(scene_, passes(2));
+  const json done = wait_for_end(id);
+  EXPECT_EQ(request(port_, "DELETE", "/v1/scenes/" + scene_).status, 204);
+  const Reply refused = extend(id, R"({"passes":4})");
+  EXPECT_EQ(refused.status, 409);
+  EXPECT_NE(json::parse(refused.body)["detail"].get<std::string>().find("there is no scene"), std::string::npos);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_EQ(job(id), done);
+  upload();
+  EXPECT_EQ(extend(id, R"({"passes":4})").status, 202);
+  EXPECT_EQ(wait_for_end(id)["passes"], 4);
+}
+
 TEST_F(RestartTest, AFailedJobSaysWhyAndCanBeRetried) {
   const std::string id = submit(scene_, passes(5));
   wait_for_end(id);
@@ -200,6 +214,7 @@ TEST_F(RestartTest, AFailedJobSaysWhyAndCanBeRetried) {
   EXPECT_NE(failed["problem"]["detail"].get<std::string>().find("damaged"), std::string::npos) << failed;
   restart();
   EXPECT_EQ(job(failing)["problem"], failed["problem"]);
+  EXPECT_EQ(post(failing, "retry").status, 409) << "the scene is gone";
   upload();
   ASSERT_EQ(post(failing, "retry").status, 202);
   const json again = wait_for_state(failing, "rendering");
