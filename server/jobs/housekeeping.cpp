@@ -6,6 +6,16 @@
 
 namespace photond {
 
+namespace {
+
+/// What is paused by request meanwhile no longer does.
+Status waits_for_room(const JobRecord& job) {
+  if (job.pause_reason == PauseReason::disk_full) return Done{};
+  return Error{ErrorCode::conflict, "the job does not wait for room", ""};
+}
+
+}  // namespace
+
 /// The files go first: a job whose files are missing is whole, a file whose job is missing is litter.
 Status Jobs::forget(const std::string& id) {
   if (const Status dropped = files_.drop_checkpoints(id); !dropped) return dropped;
@@ -76,8 +86,8 @@ void Jobs::wake() {
   }
   for (const auto& [sequence, run] : waiting) {
     if (run->missing_bytes() > 0 && !room_.make_room(run->missing_bytes())) continue;
-    const bool paused = run->job()->pause_reason() == PauseReason::disk_full;
-    if (!paused || run->job()->move(JobState::queued)) put_to_work(run);
+    const bool goes_on = run->job()->move(JobState::queued, {}, waits_for_room).ok();
+    if (goes_on || run->stalled() || run->unsaved()) put_to_work(run);
   }
 }
 

@@ -27,6 +27,11 @@ void stamp(JobRecord& job) {
   job.eta_seconds.reset();
 }
 
+Error cannot_move(JobState from, JobState to) {
+  return {ErrorCode::conflict,
+          std::string("a job that is ") + state_name(from) + " cannot become " + state_name(to), ""};
+}
+
 }  // namespace
 
 const char* state_name(JobState state) { return kNames[static_cast<int>(state)]; }
@@ -93,16 +98,18 @@ PauseReason Job::pause_reason() const {
 Status Job::move(JobState to, const Edit& edit, const Guard& guard) {
   const std::lock_guard lock(mutex_);
   if (const Status fine = guard ? guard(record_) : Status(Done{}); !fine) return fine;
-  if (!may_move(record_.state, to)) {
-    return Error{ErrorCode::conflict,
-                 std::string("a job that is ") + state_name(record_.state) + " cannot become " + state_name(to),
-                 ""};
+  if (!may_move(record_.state, to)) return cannot_move(record_.state, to);
+  return move_now(to, edit);
+}
+
+Status Job::pause(const Guard& guard) {
+  const std::lock_guard lock(mutex_);
+  if (const Status fine = guard ? guard(record_) : Status(Done{}); !fine) return fine;
+  if (record_.pause_reason == PauseReason::request) return Done{};
+  if (record_.state != JobState::paused && !may_move(record_.state, JobState::paused)) {
+    return cannot_move(record_.state, JobState::paused);
   }
-  JobRecord changed = record_;
-  if (edit) edit(changed);
-  changed.state = to;
-  stamp(changed);
-  return store(std::move(changed), EventKind::state);
+  return move_now(JobState::paused, [](JobRecord& record) { record.pause_reason = PauseReason::request; });
 }
 
 Status Job::note(EventKind kind, const Edit& edit) {
@@ -110,6 +117,14 @@ Status Job::note(EventKind kind, const Edit& edit) {
   JobRecord changed = record_;
   edit(changed);
   return store(std::move(changed), kind);
+}
+
+Status Job::move_now(JobState to, const Edit& edit) {
+  JobRecord changed = record_;
+  if (edit) edit(changed);
+  changed.state = to;
+  stamp(changed);
+  return store(std::move(changed), EventKind::state);
 }
 
 Status Job::store(JobRecord&& changed, EventKind kind) {

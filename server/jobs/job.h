@@ -46,6 +46,8 @@ class Job {
   /// Moves to `to` after `edit`: bumps the version, stamps the time and appends an event, all or nothing, and nothing
   /// happens to the job between `guard` and that. Errors: the guard's, conflict where the state forbids it, the store's.
   Status move(JobState to, const Edit& edit = {}, const Guard& guard = {});
+  /// Moves to paused by request; of a job that is paused for want of room that becomes the reason. Errors: as `move`.
+  Status pause(const Guard& guard = {});
   /// Changes numbers within the state and appends an event of `kind`.
   Status note(EventKind kind, const Edit& edit);
 
@@ -60,6 +62,7 @@ class Job {
   Frames frames;
 
  private:
+  Status move_now(JobState to, const Edit& edit);
   Status store(JobRecord&& changed, EventKind kind);
 
   EventLog& log_;

@@ -163,16 +163,10 @@ Result<JobRecord> Jobs::cancel(const std::string& id, const Guard& guard) {
 Result<JobRecord> Jobs::pause(const std::string& id, const Guard& guard) {
   const std::shared_ptr<RunJob> run = find(id);
   if (!run) return no_job(id);
-  Job& job = *run->job();
-  const auto by_request = [](JobRecord& record) { record.pause_reason = PauseReason::request; };
-  const Status moved = job.move(JobState::paused, by_request, guard);
-  if (!moved && (moved.error().code != ErrorCode::conflict || job.state() != JobState::paused)) return moved.error();
-  if (job.record().pause_reason != PauseReason::request) {  // then it would go on by itself
-    if (const Status noted = job.note(EventKind::state, by_request); !noted) return noted.error();
-  }
+  if (const Status paused = run->job()->pause(guard); !paused) return paused.error();
   run->interrupt();
   scheduler_.hurry(run);
-  return job.record();
+  return run->job()->record();
 }
 
 Result<JobRecord> Jobs::resume(const std::string& id, const Guard& guard) {

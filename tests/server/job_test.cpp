@@ -94,6 +94,23 @@ TEST_F(JobTest, TheReasonOfAPauseEndsWithIt) {
   EXPECT_EQ(store_.job("a")->pause_reason, PauseReason::none);
 }
 
+TEST_F(JobTest, APauseForRoomBecomesOneByRequest) {
+  const auto job = new_job("a");
+  ASSERT_TRUE(job->move(JobState::paused, [](JobRecord& r) { r.pause_reason = PauseReason::disk_full; }).ok());
+  ASSERT_TRUE(job->pause().ok());
+  EXPECT_EQ(store_.job("a")->state, JobState::paused);
+  EXPECT_EQ(store_.job("a")->pause_reason, PauseReason::request);
+  const std::uint64_t version = job->record().version;
+  ASSERT_TRUE(job->pause().ok());
+  EXPECT_EQ(job->record().version, version) << "again: nothing is new";
+  ASSERT_TRUE(job->move(JobState::queued).ok());
+  ASSERT_TRUE(job->pause().ok());
+  EXPECT_EQ(job->state(), JobState::paused) << "one that goes on just then is paused, too";
+  ASSERT_TRUE(job->move(JobState::canceling).ok());
+  EXPECT_EQ(job->pause().error().code, ErrorCode::conflict);
+  EXPECT_EQ(job->record().pause_reason, PauseReason::none);
+}
+
 TEST_F(JobTest, AnEndedJobThatGoesOnHasNotFinished) {
   const auto job = new_job("a");
   ASSERT_TRUE(job->move(JobState::preparing).ok());
