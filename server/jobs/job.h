@@ -27,7 +27,7 @@ bool may_move(JobState from, JobState to);
 class Job {
  public:
   using Edit = std::function<void(JobRecord&)>;
-  /// What must hold of the job that a change starts from; its error, which is no conflict, is that of the change.
+  /// What must hold of the job that a change starts from; its error is that of the change.
   using Guard = std::function<Status(const JobRecord&)>;
 
   /// `record` is stored already.

@@ -37,6 +37,19 @@ bool has_met(const StopRule& stop, const JobRecord& job) {
   return rule_met(stop, {job.passes, job.seconds, job.error.value_or(ErrorEstimate{})}) != nullptr;
 }
 
+/// Whether this may become the job's stop rule, or is it.
+Status check_later(const StopRule& stop, const JobRecord& job) {
+  if (same(job.spec.stop, stop)) return Done{};
+  if (job.state != JobState::succeeded) {
+    return Error{ErrorCode::conflict, "only a succeeded job can be extended", ""};
+  }
+  if (!has_met(stop, job)) return Done{};
+  // It might begin anew and end with less than there is.
+  return invalid_input("/stop must be later: the job has done " + std::to_string(job.passes) + " passes in " +
+                           std::to_string(job.seconds) + " s and met this rule",
+                       "/stop");
+}
+
 /// Of a job that has ended, whose scene need not be there any more.
 Error cannot_go_on(const Error& why) {
   if (why.code != ErrorCode::not_found) return why;
@@ -178,19 +191,15 @@ Result<JobRecord> Jobs::extend(const std::string& id, const StopRule& stop, cons
   if (!run) return no_job(id);
   const JobRecord now = run->job()->record();
   if (const Status fine = check_settings(now.spec.photons, now.spec.settings, stop); !fine) return fine.error();
-  const bool as_it_was = same(now.spec.stop, stop);
-  if (now.state != JobState::succeeded && !as_it_was) {
-    return Error{ErrorCode::conflict, "only a succeeded job can be extended", ""};
+  const Guard fits = [&](const JobRecord& job) -> Status {
+    const Status fine = guard ? guard(job) : Status(Done{});
+    return fine ? check_later(stop, job) : fine;
+  };
+  if (now.state == JobState::succeeded && same(now.spec.stop, stop) && has_met(stop, now)) {  // there already
+    if (const Status fine = fits(now); !fine) return fine.error();
+    return now;
   }
-  if (now.state == JobState::succeeded && has_met(stop, now)) {
-    if (const Status fine = guard ? guard(now) : Status(Done{}); !fine) return fine.error();
-    if (as_it_was) return now;
-    // It might begin anew and end with less than there is.
-    return invalid_input("/stop must be later: the job has done " + std::to_string(now.passes) + " passes in " +
-                             std::to_string(now.seconds) + " s and met this rule",
-                         "/stop");
-  }
-  return start_again(id, JobState::succeeded, by, [&](JobRecord& record) { record.spec.stop = stop; }, guard);
+  return start_again(id, JobState::succeeded, by, [&](JobRecord& record) { record.spec.stop = stop; }, fits);
 }
 
 Result<JobRecord> Jobs::retry(const std::string& id, const Owner& by, const Guard& guard) {

@@ -83,7 +83,7 @@ class Jobs {
   /// Checks and queues. Errors: as check; limit_exceeded with `where` "queue" while too many jobs are alive, or too
   /// many of the owner's; cancelled while shutting down; those of `also`.
   Result<JobRecord> submit(const JobSpec& spec, const Owner& owner, std::stop_token stop, const Also& also = {});
-  /// Each change of a job takes what must hold of it, or nothing; its error is then that of the change.
+  /// Each change of a job takes what must hold of it, or nothing; its error, which is no conflict, is the change's.
   using Guard = Job::Guard;
   /// Asks a job to end; what computes stops within a second. Errors: not_found, conflict (it has ended).
   Result<JobRecord> cancel(const std::string& id, const Guard& guard = {});

@@ -81,5 +81,27 @@ TEST_F(JobsTest, NoJobComesWhoseSceneIsJustGoingForRoom) {
   EXPECT_EQ(submitted, has_scene());
 }
 
+TEST_F(JobsTest, OfTwoExtensionsAtOnceOneIsRefused) {
+  JobSpec short_job = endless_;
+  short_job.stop = {.passes = 1};
+  for (int i = 0; i < 50; ++i) {
+    const std::string id = jobs_.submit(short_job, {}, {})->id;
+    while (jobs_.job(id)->state() != JobState::succeeded) std::this_thread::sleep_for(1ms);
+    std::atomic<int> ready = 0, extended = 0;
+    const auto extend = [&](double seconds) {
+      ++ready;
+      while (ready < 2) std::this_thread::yield();
+      const auto job = jobs_.extend(id, {.seconds = seconds}, {});
+      extended += job ? 1 : 0;
+      EXPECT_TRUE(job ? job->spec.stop.seconds == seconds : job.error().code == ErrorCode::conflict);
+    };
+    std::thread other([&] { extend(600); });
+    extend(900);
+    other.join();
+    EXPECT_EQ(extended, 1);
+    ASSERT_TRUE(jobs_.cancel(id).ok());
+  }
+}
+
 }  // namespace
 }  // namespace photond
