@@ -22,7 +22,8 @@ float hit_weight(const CameraPath& path, float pdf_direct) {
   return path.last_pdf == 0 ? 1 : power_heuristic(path.last_pdf, pdf_direct);
 }
 
-void continue_by(const Scene& scene, CameraPath& path, const SurfacePoint& surface, const BsdfSample& sample, float share) {
+void continue_by(const Scene& scene, CameraPath& path, const SurfacePoint& surface, const BsdfSample& sample,
+                 float share) {
   path.throughput *= sample.weight * share;
   if (sample.transmitted) {
     path.compression *= compression(*surface.material, surface.front);

@@ -7,7 +7,8 @@
 
 namespace photond {
 
-void PathLanes::begin(std::uint32_t k, const Ray& camera_ray, const CameraSampler& sampler, std::uint32_t index, const Medium& start) {
+void PathLanes::begin(std::uint32_t k, const Ray& camera_ray, const CameraSampler& sampler, std::uint32_t index,
+                      const Medium& start) {
   ray.set(k, camera_ray);
   throughput.set(k, Rgb(1));
   compression[k] = 1;
