@@ -68,7 +68,8 @@ template <class Texel>
 float lowest_roughness(const Material& m, std::span<const Texel> texels, float metallic) {
   constexpr std::size_t kTexels = 1 << 20;
   constexpr float kScale = 1.0f / std::numeric_limits<Texel>::max();
-  const std::size_t count = texels.size() / 4, step = (count + kTexels - 1) / kTexels;
+  const std::size_t count = texels.size() / 4;
+  const std::size_t step = (count + kTexels - 1) / kTexels | 1;   // odd: other columns in each row
   float lowest = kInfinity;
   for (std::size_t i = 0; i < count; i += step) {
     const bool is_metal = m.metallic * kScale * static_cast<float>(texels[4 * i + 2]) >= metallic;
