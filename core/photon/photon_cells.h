@@ -35,9 +35,9 @@ class PhotonCells {
   void free(std::uint32_t cell);
 
  private:
-  static constexpr std::size_t kSlabBytes = std::size_t{1} << 24;
+  static constexpr std::size_t kSlabBytes = std::size_t{1} << 22;
   // Slabs on large pages. Chunks of later ones are given back.
-  static constexpr std::size_t kLargeSlabs = 4;
+  static constexpr std::size_t kLargeSlabs = 16;
   // Cells have many small chunks where there are few photons: no more memory than those take.
   static constexpr std::size_t kSmallChunk = std::size_t{1} << 12, kLargeChunk = std::size_t{1} << 16;
   static_assert(kLargeChunk / sizeof(Photon) <= PhotonKey::kMaxSpan);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <utility>
+#include <vector>
 
 #include "core/photon/guide.h"
 #include "core/photon/shoot.h"
@@ -42,7 +44,17 @@ class Harvest {
     waiting_.emplace(index, std::move(block));
     for (auto it = waiting_.begin(); it != waiting_.end() && it->first == taken_; it = waiting_.erase(it), ++taken_) {
       take(it->second);
+      spent_.push_back(std::move(it->second));
     }
+  }
+
+  // A block that was taken: to write into its memory costs less than into fresh.
+  PhotonBlock spent() {
+    const std::lock_guard lock(mutex_);
+    if (spent_.empty()) return {};
+    PhotonBlock block = std::move(spent_.back());
+    spent_.pop_back();
+    return block;
   }
 
   PhotonCells global, caustic;
@@ -60,6 +72,7 @@ class Harvest {
 
   std::mutex mutex_;
   std::map<std::size_t, PhotonBlock> waiting_;
+  std::vector<PhotonBlock> spent_;
   std::size_t taken_ = 0;
 };
 
@@ -82,7 +95,8 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
   std::atomic<std::uint64_t> next = 0;
   parallel_for(execution, blocks, 1, [&](std::size_t) {
     const std::uint64_t i = next++;   // a thread's own range would leave half of all blocks waiting
-    harvest.add(i, shoot(scene, key, i * kBlock, std::min(paths, (i + 1) * kBlock)));
+    const std::uint64_t end = std::min(paths, (i + 1) * kBlock);
+    harvest.add(i, shoot(scene, key, i * kBlock, end, nullptr, harvest.spent()));
   });
   if (execution.cancelled()) return cancelled();
 

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <new>
+#include <utility>
 
 #include "core/math/rng.h"
 #include "core/trace/medium.h"
@@ -61,13 +62,17 @@ struct Subset {
 // Advances a batch of walks together, one kind of work at a time.
 class Shooter {
  public:
-  Shooter(const PreparedScene& scene, const MapKey& key, std::uint64_t first, std::uint64_t last)
+  Shooter(const PreparedScene& scene, const MapKey& key, std::uint64_t first, std::uint64_t last, PhotonBlock spent)
       : scene_(scene),
         key_(key.settings.seed, RngPurpose::photon, key.pass),
         next_(first),
         last_(last),
         far_(scene.triangle_count > kCachedTriangles),
         only_caustic_(key.set == PhotonSet::caustic) {
+    spent.global.clear();
+    spent.caustic.clear();
+    block_.global = std::move(spent.global);
+    block_.caustic = std::move(spent.caustic);
     block_.global.reserve(2 * (last - first));
   }
 
@@ -369,10 +374,10 @@ class Shooter {
 }  // namespace
 
 PhotonBlock shoot(const PreparedScene& scene, const MapKey& key, std::uint64_t first, std::uint64_t last,
-                  std::vector<Ray>* record) {
+                  std::vector<Ray>* record, PhotonBlock spent) {
   if (scene.lights.empty()) return {};
   if (key.set == PhotonSet::caustic && scene.lights.casting_share() == 0) return {};
-  return Shooter(scene, key, first, last).run(record);
+  return Shooter(scene, key, first, last, std::move(spent)).run(record);
 }
 
 }  // namespace photond

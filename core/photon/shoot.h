@@ -21,8 +21,8 @@ struct PhotonBlock {
 inline constexpr std::uint32_t kMaxPhotonDepth = 65'536;
 
 /// Traces the emitted paths [first, last) of a pass. A pure function of its arguments. Every traced ray is
-/// appended to `record` where that is given.
+/// appended to `record` where that is given. The result takes the memory of `spent`, a block that nobody needs.
 PhotonBlock shoot(const PreparedScene& scene, const MapKey& key, std::uint64_t first, std::uint64_t last,
-                  std::vector<Ray>* record = nullptr);
+                  std::vector<Ray>* record = nullptr, PhotonBlock spent = {});
 
 }  // namespace photond
