@@ -10,8 +10,8 @@ import type { JobRequest, Method, Scene } from './wire';
 export interface JobFormHandlers {
   on_scene(id: string): void;
   on_environment(id: string | null): void;
-  /** A scene or an environment map. */
-  on_file(file: File): void;
+  /** Scenes and environment maps. */
+  on_files(files: File[]): void;
   on_submit(request: JobRequest): void;
 }
 
@@ -55,7 +55,7 @@ export class JobForm {
     this.form.addEventListener('input', () => this.clear_errors());
     // The browser points at what is invalid only where it can be seen.
     this.form.addEventListener('invalid', () => { by_id('more', HTMLDetailsElement).open = true; }, true);
-    take_files(handlers.on_file);
+    take_files(handlers.on_files);
     this.show_hint();
   }
 
@@ -168,12 +168,12 @@ function scene_option(scene: Scene): HTMLOptionElement {
 }
 
 /** Files come by the file fields or by dropping them anywhere on the page. */
-function take_files(on_file: (file: File) => void): void {
+function take_files(on_files: (files: File[]) => void): void {
   for (const input of [by_id('file', HTMLInputElement), by_id('environment-file', HTMLInputElement)]) {
     input.addEventListener('change', () => {
-      const file = input.files?.[0];
+      const files = [...input.files ?? []];
       input.value = ''; // so that the same file may be chosen again
-      if (file) on_file(file);
+      on_files(files);
     });
   }
   const targets = ['stage', 'drop', 'environment-drop'].map((id) => by_id(id, HTMLElement));
@@ -189,8 +189,7 @@ function take_files(on_file: (file: File) => void): void {
     if (!has_files(event)) return;
     event.preventDefault();
     mark(false);
-    const file = event.dataTransfer?.files[0];
-    if (file) on_file(file);
+    on_files([...event.dataTransfer?.files ?? []]);
   });
 }
 

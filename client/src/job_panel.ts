@@ -3,7 +3,7 @@ import { draw_chart } from './chart';
 import { by_id, make, set_children, set_text } from './dom';
 import { format_count, format_percent, format_seconds } from './format';
 import { save_with_key, type Notice } from './key_dialog';
-import { kMethodNames, kStateNames, job_title } from './names';
+import { file_stem, kMethodNames, kStateNames, job_title } from './names';
 import { watched_job, type State } from './state';
 import { is_terminal, type Job, type JobRequest, type JobState, type Plan } from './wire';
 
@@ -148,12 +148,8 @@ function render_downloads(job: Job, title: string, on_notice: Notice): void {
     link.setAttribute('href', frame_url(job.id, 'latest', format));
     link.setAttribute('aria-label', `Download ${format.toUpperCase()}`);
     link.onclick = (event) => save_with_key(event, on_notice);
-    link.download = `${file_stem(title)}-${job.id}.${format}`;
+    link.download = [file_stem(title), `${job.id}.${format}`].filter(Boolean).join('-');
   }
-}
-
-function file_stem(name: string): string {
-  return name.replace(/\.\w+$/, '').replace(/[^\w-]+/g, '_').slice(0, 60);
 }
 
 function render_plan(plan: Plan | null): void {

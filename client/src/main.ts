@@ -6,10 +6,11 @@ import { JobForm } from './job_form';
 import { JobList } from './job_list';
 import { further, JobPanel, type JobAction } from './job_panel';
 import { set_up_key } from './key_dialog';
-import { kStateNames, job_title } from './names';
+import { kStateNames, job_title, label_of } from './names';
 import { WireError } from './parse';
 import type { SseMessage } from './sse';
 import { find_job, kInitialState, reduce, watched_job, type Action, type State } from './state';
+import { is_environment, kEnvironments, kScenes, upload } from './uploads';
 import { Viewer } from './viewer';
 import { is_terminal, parse_event, type Job, type JobEvent, type JobRequest } from './wire';
 
@@ -25,7 +26,7 @@ const list = new JobList();
 const form = new JobForm({
   on_scene: (scene) => choose_scene(scene),
   on_environment: (environment) => dispatch({ type: 'environment_chosen', environment }),
-  on_file: (file) => void (/\.(exr|hdr)$/i.test(file.name) ? upload_environment(file) : upload(file)),
+  on_files: (files) => take_files(files),
   on_submit: (request) => void submit(request),
 });
 const frames = new FrameLoader(load_frame, (picture, key) => {
@@ -100,47 +101,23 @@ async function load_report(scene: string): Promise<void> {
   else if (report.failure.kind === 'problem') dispatch({ type: 'report', scene, report: describe(report.failure) });
 }
 
-/** Why the server would not take it. */
-function too_large(file: File): string | null {
-  const limit = state.info?.limits.max_upload_bytes;
-  return limit && file.size > limit ? `${file.name} is larger than the server accepts.` : null;
-}
-
-async function upload_environment(file: File): Promise<void> {
-  const refused = too_large(file);
-  if (refused) return form.show_environment_upload(refused, true);
-  form.show_environment_upload(`Sending ${file.name} …`);
-  const answer = await api.upload_environment(file);
-  if (answer.ok) {
-    form.show_environment_upload(`${file.name} is ready.`);
-    dispatch({ type: 'environment_added', environment: { ...answer.value, name: file.name } });
-  } else {
-    form.show_environment_upload(`${file.name}: ${describe(answer.failure)}`, true);
-  }
-}
-
-async function upload(file: File): Promise<void> {
-  const refused = too_large(file);
-  if (refused) return form.show_upload(refused, true);
-  form.show_upload(`Sending ${file.name} …`);
-  const answer = await api.upload(file, media_type_of(file.name));
-  if (answer.ok) {
-    form.show_upload(`${file.name} is ready.`);
-    dispatch({ type: 'scene_added', report: { ...answer.value, name: answer.value.name || file.name } });
-  } else {
-    form.show_upload(`${file.name}: ${describe(answer.failure)}`, true);
-  }
-}
-
-function media_type_of(name: string): string {
-  if (/\.zip$/i.test(name)) return 'application/zip';
-  return /\.gltf$/i.test(name) ? 'model/gltf+json' : 'model/gltf-binary';
+/** Takes a scene, a picture of the surroundings, or one of each. */
+function take_files(files: File[]): void {
+  const limit = state.info?.limits.max_upload_bytes ?? null;
+  const maps = files.filter(is_environment);
+  const scenes = files.filter((file) => !is_environment(file));
+  void upload(maps, kEnvironments, limit, (words, failed) => form.show_environment_upload(words, failed)).then((map) => {
+    if (map) dispatch({ type: 'environment_added', environment: { ...map, name: maps[0]!.name } });
+  });
+  void upload(scenes, kScenes, limit, (words, failed) => form.show_upload(words, failed)).then((scene) => {
+    if (scene) dispatch({ type: 'scene_added', report: { ...scene, name: scene.name || scenes[0]!.name } });
+  });
 }
 
 async function submit(request: JobRequest): Promise<void> {
   form.set_busy(true);
   const scene = state.scenes.find((known) => known.id === request.scene);
-  const label = scene && !scene.sample ? scene.name : '';
+  const label = scene && !scene.sample ? label_of(scene.name) : '';
   const answer = await api.submit({ ...request, label });
   form.set_busy(false);
   if (!answer.ok) return form.show_failure(answer.failure);

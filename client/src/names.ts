@@ -23,3 +23,16 @@ export const kMethodHints: Record<Method, string> = {
 export function job_title(state: State, job: Job): string {
   return job.label || scene_name(state, job.scene);
 }
+
+const kLabelCharacters = 200; // that the server takes
+
+/** The label of a job on a scene of this name. */
+export function label_of(name: string): string {
+  return [...name].slice(0, kLabelCharacters).join('');
+}
+
+/** What a picture of this title is called as a file. */
+export function file_stem(title: string): string {
+  const words = title.replace(/\.\w+$/, '').match(/[\p{L}\p{M}\p{N}-]+/gu) ?? [];
+  return [...words.join('_')].slice(0, 60).join('');
+}

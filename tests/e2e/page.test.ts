@@ -1,10 +1,10 @@
-import { mkdirSync, readFileSync, readdirSync } from 'node:fs';
+import { mkdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { BrowserContext, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, it } from 'vitest';
-import { with_generator } from './support/glb';
-import { launch, open_page, shown, shown_where, start_job, wait_for_state } from './support/page';
-import { kPictures, kSamples, start_photond, type Photond } from './support/photond';
+import { a_sample, with_generator } from './support/glb';
+import { drop, launch, open_page, shown, shown_where, start_job, wait_for_state } from './support/page';
+import { kPictures, start_photond, type Photond } from './support/photond';
 
 let photond: Photond;
 let context: BrowserContext;
@@ -35,24 +35,6 @@ afterEach(async () => {
   expect(errors.filter((error) => !expected_errors.some((expected) => expected.test(error)))).toEqual([]);
 });
 
-function a_sample(): { name: string; bytes: Buffer } {
-  const name = readdirSync(kSamples).filter((file) => file.endsWith('.glb')).sort()[0];
-  if (!name) throw new Error(`there is no sample in ${kSamples}`);
-  return { name, bytes: readFileSync(join(kSamples, name)) };
-}
-
-/** Drops a file onto the page as a person would. */
-async function drop(name: string, bytes: Buffer): Promise<void> {
-  const transfer = await page.evaluateHandle(({ file_name, base64 }) => {
-    const data = Uint8Array.from(atob(base64), (char) => char.charCodeAt(0));
-    const dropped = new DataTransfer();
-    dropped.items.add(new File([data], file_name));
-    return dropped;
-  }, { file_name: name, base64: bytes.toString('base64') });
-  await page.dispatchEvent('#stage', 'dragover', { dataTransfer: transfer });
-  await page.dispatchEvent('#stage', 'drop', { dataTransfer: transfer });
-}
-
 async function download(selector: string): Promise<{ name: string; bytes: Buffer }> {
   const [file] = await Promise.all([page.waitForEvent('download'), page.click(selector)]);
   return { name: file.suggestedFilename(), bytes: readFileSync(await file.path()) };
@@ -65,8 +47,7 @@ async function cancel(): Promise<void> {
 
 describe('a picture', () => {
   it('is made of a dropped GLB, refines, and is downloaded', async () => {
-    const sample = a_sample();
-    await drop('mine.glb', with_generator(sample.bytes, 'photond e2e'));
+    await drop(page, { name: 'mine.glb', bytes: with_generator(a_sample(), 'photond e2e') });
     await page.getByText('mine.glb is ready.').waitFor();
     expect(await page.locator('#scene option:checked').textContent()).toBe('mine.glb');
     expect(await page.textContent('#report-counts')).toMatch(/\d triangles?, \d+ materials?/);
@@ -140,7 +121,7 @@ describe('a picture', () => {
 
   it('is said at the surroundings when they are not a map of light', async () => {
     expected_errors = [/status of 422/];
-    await drop('letter.exr', Buffer.from('Dear Sir'));
+    await drop(page, { name: 'letter.exr', bytes: Buffer.from('Dear Sir') });
     await page.locator('#environment-status[data-failed="true"]').waitFor();
     expect(await page.textContent('#environment-status')).toMatch(/^letter\.exr: .+\.$/);
   });

@@ -1,4 +1,15 @@
+import { readFileSync, readdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { kSamples } from './photond';
+
 const kHeaderBytes = 12;
+
+/** The first of the sample scenes. */
+export function a_sample(): Buffer {
+  const name = readdirSync(kSamples).filter((file) => file.endsWith('.glb')).sort()[0];
+  if (!name) throw new Error(`there is no sample in ${kSamples}`);
+  return readFileSync(join(kSamples, name));
+}
 
 /** The same scene with another `asset.generator`: a file that the service has never seen. */
 export function with_generator(glb: Buffer, generator: string): Buffer {

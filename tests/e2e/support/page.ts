@@ -38,6 +38,30 @@ export async function open_page(context: BrowserContext, url: string): Promise<{
   return { page, errors };
 }
 
+/** Drops files onto the page as a person would. */
+export async function drop(page: Page, ...files: { name: string; bytes: Buffer }[]): Promise<void> {
+  const sent = files.map(({ name, bytes }) => ({ name, base64: bytes.toString('base64') }));
+  const transfer = await page.evaluateHandle((dropped) => {
+    const transferred = new DataTransfer();
+    for (const { name, base64 } of dropped) {
+      transferred.items.add(new File([Uint8Array.from(atob(base64), (char) => char.charCodeAt(0))], name));
+    }
+    return transferred;
+  }, sent);
+  await page.dispatchEvent('#stage', 'dragover', { dataTransfer: transfer });
+  await page.dispatchEvent('#stage', 'drop', { dataTransfer: transfer });
+}
+
+/** Drops a path of this machine, which need not be a file. */
+export async function drop_path(page: Page, path: string): Promise<void> {
+  const devtools = await page.context().newCDPSession(page);
+  const data = { items: [], files: [path], dragOperationsMask: 1 };
+  for (const type of ['dragEnter', 'dragOver', 'drop'] as const) {
+    await devtools.send('Input.dispatchDragEvent', { type, x: 300, y: 300, data });
+  }
+  await devtools.detach();
+}
+
 /** Which picture the page shows, and a fingerprint of its pixels. */
 export interface Shown {
   job: string;
