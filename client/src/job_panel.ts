@@ -74,7 +74,7 @@ export class JobPanel {
     }
     by_id('job-biased', HTMLElement).hidden = !job.plan?.biased;
     render_progress(this.progress, job);
-    render_failure(job);
+    render_trouble(job);
     render_numbers(job);
     render_downloads(job, job_title(state, job), this.on_notice);
     render_plan(job.plan);
@@ -103,10 +103,18 @@ function render_progress(bar: HTMLProgressElement, job: Job): void {
   else bar.value = fraction;
 }
 
-function render_failure(job: Job): void {
-  const failure = by_id('failure', HTMLElement);
-  failure.hidden = job.state !== 'failed';
-  set_text(failure, sentence(job.failure ?? 'the job failed'));
+function render_trouble(job: Job): void {
+  const trouble = trouble_of(job);
+  const element = by_id('trouble', HTMLElement);
+  element.hidden = trouble === null;
+  set_text(element, trouble ?? '');
+}
+
+/** Why the job has come to a stop that nobody asked for; null: it has not. */
+export function trouble_of(job: Job): string | null {
+  if (job.state === 'failed') return sentence(job.failure ?? 'the job failed');
+  if (job.state !== 'paused' || job.paused_because !== 'disk_full') return null;
+  return 'The server\'s disk is full. The job goes on by itself once there is room.';
 }
 
 function render_numbers(job: Job): void {

@@ -133,13 +133,14 @@ async function act(id: string, action: JobAction): Promise<void> {
   dispatch({ type: 'notice', text: null });
   const answer = await (action === 'extend' ? api.extend(id, further(job)) : api.act(id, action));
   if (answer.ok) dispatch({ type: 'job', job: answer.value });
-  else if (has_moved_on(answer.failure)) await load_job(id);
-  else dispatch({ type: 'notice', text: describe(answer.failure) });
+  else if (!await has_moved_on(job, answer.failure)) dispatch({ type: 'notice', text: describe(answer.failure) });
 }
 
-/** The job is in another state than is shown, or gone. */
-function has_moved_on(failure: Failure): boolean {
-  return failure.kind === 'problem' && (failure.status === 409 || failure.status === 404);
+/** Whether the job turns out to be gone, or in another state than was shown, which says enough. */
+async function has_moved_on(job: Job, failure: Failure): Promise<boolean> {
+  if (failure.kind !== 'problem' || (failure.status !== 409 && failure.status !== 404)) return false;
+  await load_job(job.id);
+  return find_job(state, job.id)?.state !== job.state;
 }
 
 function watch_hash(): void {

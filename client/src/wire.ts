@@ -2,6 +2,7 @@ import { count, flag, list, maybe, number, object, one_of, text, WireError, type
 
 export type JobState =
   | 'queued' | 'preparing' | 'rendering' | 'finalizing' | 'succeeded' | 'canceling' | 'canceled' | 'failed' | 'paused';
+export type PauseReason = 'request' | 'disk_full';
 export type Method = 'auto' | 'path' | 'photon_map' | 'progressive' | 'hybrid';
 
 export interface Info {
@@ -113,6 +114,8 @@ export interface Job extends JobNumbers {
   plan: Plan | null;
   /** From leaving the queue to the first picture, on the wall clock. */
   first_frame_seconds: number | null;
+  /** Why a paused job is; one that waits for room on the disk goes on by itself. */
+  paused_because: PauseReason | null;
   /** Why a failed job failed. */
   failure: string | null;
 }
@@ -199,6 +202,7 @@ const job_frame = object({
   spec,
   plan: maybe(plan),
   first_frame_seconds: maybe(number),
+  paused_because: maybe(one_of('request', 'disk_full')),
   problem: maybe(object({ detail: text })),
 });
 

@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { log_axis, log_ticks } from '../src/chart';
 import { format_count, format_lengths, format_percent, format_seconds } from '../src/format';
 import { about } from '../src/job_list';
-import { error_notes, further, progress_of } from '../src/job_panel';
+import { error_notes, further, progress_of, trouble_of } from '../src/job_panel';
 import { a_job } from './messages';
 
 /** With spaces where a line may not break. */
@@ -95,5 +95,16 @@ describe('the axes of the chart', () => {
     const axis = log_axis([3, 3], 0, 100);
     expect(axis.place(3)).toBeCloseTo(50);
     expect(axis.ticks.length).toBeGreaterThan(0);
+  });
+});
+
+describe('what is wrong with a job', () => {
+  it('is why it failed, or that it waits for room, which nobody asked for', () => {
+    expect(trouble_of(a_job())).toBeNull();
+    expect(trouble_of(a_job({ state: 'failed', failure: 'there is no camera' }))).toBe('There is no camera.');
+    expect(trouble_of(a_job({ state: 'failed' }))).toBe('The job failed.');
+    expect(trouble_of(a_job({ state: 'paused', paused_because: 'request' }))).toBeNull();
+    expect(trouble_of(a_job({ state: 'paused', paused_because: 'disk_full' }))).toMatch(/disk is full/);
+    expect(trouble_of(a_job({ state: 'canceled', paused_because: 'disk_full' }))).toBeNull();
   });
 });

@@ -16,7 +16,7 @@ export function job_message(changes: Record<string, unknown> = {}): Record<strin
     },
     maps: { hits: 2, disk_hits: 1, misses: 1 }, passes: 3, seconds: 1.5, rejected_samples: 0,
     error: { relative: 0.25, noise: 0.24, bias: 0.07, rmse: 0.1 },
-    eta_seconds: 4.5, revision: 2, first_frame_seconds: 0.4, problem: null,
+    eta_seconds: 4.5, revision: 2, first_frame_seconds: 0.4, paused_because: null, problem: null,
     urls: { self: '/v1/jobs/j-1' },
     ...changes,
   };
@@ -51,7 +51,7 @@ export function a_job(changes: Partial<Job> = {}): Job {
   return {
     id: 'j-1', scene: 'ab'.repeat(32), label: '', state: 'rendering', version: 5, method: 'auto', width: 320,
     height: 200, stop: { passes: 16, seconds: null, relative_error: null }, plan: null, passes: 3, seconds: 1.5,
-    rejected_samples: 0, error: 0.25, noise: 0.24, bias: 0.07, eta_seconds: 4.5, map_hits: 2, map_disk_hits: 1, map_misses: 1, revision: 2, first_frame_seconds: 0.4, failure: null,
+    rejected_samples: 0, error: 0.25, noise: 0.24, bias: 0.07, eta_seconds: 4.5, map_hits: 2, map_disk_hits: 1, map_misses: 1, revision: 2, first_frame_seconds: 0.4, paused_because: null, failure: null,
     ...changes,
   };
 }

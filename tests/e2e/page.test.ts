@@ -243,6 +243,18 @@ describe('what goes wrong', () => {
     expect(await page.locator('#job').isVisible()).toBe(false);
   });
 
+  it('is said of a job that cannot go on', async () => {
+    expected_errors = [/status of 409/];
+    await drop(page, { name: 'short.glb', bytes: with_generator(a_sample(), 'to be deleted') });
+    await page.getByText('short.glb is ready.').waitFor();
+    const job = await start_job(page, { width: 32, height: 32, passes: 2 });
+    await wait_for_state(page, 'succeeded');
+    const { scene } = await (await fetch(`${photond.url}v1/jobs/${job}`)).json() as { scene: string };
+    await fetch(`${photond.url}v1/scenes/${scene}`, { method: 'DELETE' });
+    await page.click('#extend');
+    await page.locator('#notice', { hasText: 'The job cannot go on: there is no scene' }).waitFor();
+  });
+
   it('is said of a server that is away, until it is back', async () => {
     expected_errors = [/net::ERR_|status of 404/];  // which net error depends on what was under way when it went
     const own = await start_photond();
