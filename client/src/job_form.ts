@@ -97,8 +97,9 @@ export class JobForm {
     const pointer = failure.kind === 'problem' ? failure.problem.pointer : '';
     const words = describe(failure);
     const field = kFields[pointer];
-    if (field) this.mark(field, words);
-    else show(this.failure, words);
+    if (field) return this.mark(field, words);
+    show(this.failure, words);
+    this.start.focus(); // which it lost while a request was on its way
   }
 
   private submit(event: SubmitEvent): void {

@@ -68,10 +68,7 @@ export class JobPanel {
     set_text(this.title, job_title(state, job));
     set_text(this.state, kStateNames[job.state]);
     this.state.dataset['state'] = job.state;
-    for (const { action, button } of this.actions) {
-      button.hidden = !kActions[action].includes(job.state);
-      button.disabled = job.state === 'canceling';
-    }
+    this.render_actions(job.state);
     by_id('job-biased', HTMLElement).hidden = !job.plan?.biased;
     render_progress(this.progress, job);
     render_trouble(job);
@@ -85,6 +82,18 @@ export class JobPanel {
   focus(): void {
     this.title.focus();
     by_id('stage', HTMLElement).scrollIntoView({ block: 'nearest' });
+  }
+
+  /** Where the focused button goes, the focus goes on to what can be done next, but not to what ends the job. */
+  private render_actions(now: JobState): void {
+    const focused = this.actions.find(({ button }) => button === document.activeElement)?.button;
+    for (const { action, button } of this.actions) {
+      button.hidden = !kActions[action].includes(now);
+      button.disabled = now === 'canceling';
+    }
+    if (!focused?.hidden && !focused?.disabled) return;
+    const next = this.actions.find(({ action, button }) => !button.hidden && action !== 'cancel');
+    (next?.button ?? this.title).focus();
   }
 
   private render_chart(state: State, job: Job): void {

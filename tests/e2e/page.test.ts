@@ -160,6 +160,25 @@ describe('a picture', () => {
     expect(await page.textContent('#announce')).toMatch(/Canceled/);
   });
 
+  it('keeps the keyboard where it is when a button gives way to another', async () => {
+    expected_errors = [/status of 503/];
+    const focused = () => page.evaluate(() => document.activeElement?.id);
+    await start_job(page, { width: 32, height: 24, seconds: 60 });
+    await wait_for_state(page, 'rendering');
+    for (const [action, state, next] of
+      [['pause', 'paused', 'resume'], ['resume', 'rendering', 'pause'], ['cancel', 'canceled', 'job-title']] as const) {
+      await page.focus(`#${action}`);
+      await page.keyboard.press('Enter');
+      await wait_for_state(page, state);
+      expect(await focused()).toBe(next);
+    }
+    await page.route('**/v1/jobs', (route) => route.fulfill({ status: 503, body: 'not now' }));
+    await page.focus('#start');
+    await page.keyboard.press('Enter');
+    await page.locator('#form-error', { hasText: '503' }).waitFor();
+    expect(await focused()).toBe('start');
+  });
+
   it('is still watched after a reload, and again from the list', async () => {
     const job = await start_job(page, { width: 64, height: 64, seconds: 60 });
     const before = await shown_where(page, (picture) => picture.job === job);
@@ -301,5 +320,20 @@ describe('the look', () => {
     await page.screenshot({ path: join(kPictures, 'phone_dark.png'), fullPage: true });
     await page.emulateMedia({ colorScheme: 'light' });
     await page.screenshot({ path: join(kPictures, 'phone_light.png'), fullPage: true });
+  });
+
+  it('breaks no word on a button, however narrow', async () => {
+    await start_job(page, { width: 32, height: 24, seconds: 60 });
+    await page.locator('#download-png').waitFor();
+    await page.setViewportSize({ width: 320, height: 640 });
+    const lines = await page.evaluate(() => [...document.querySelectorAll('.actions > :not([hidden])')].map((button) => {
+      const words = document.createRange();
+      words.selectNodeContents(button);
+      return words.getClientRects().length;
+    }));
+    expect(lines).toEqual([1, 1, 1, 1]);
+    expect(await has_scroll()).toBe(false);
+    await page.screenshot({ path: join(kPictures, 'narrow.png'), fullPage: true });
+    await cancel();
   });
 });
