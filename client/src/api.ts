@@ -77,8 +77,18 @@ export async function load_frame(key: FrameKey, signal: AbortSignal): Promise<Fr
   if (!response || response.status === 429 || response.status >= 500) return 'later';
   if (response.status !== 200) return null;
   const blob = await reached(response.blob());
-  if (!blob) return 'later';
-  return { bitmap: await createImageBitmap(blob), revision: revision_of(response) ?? key.revision };
+  const bitmap = blob && await decoded(blob);
+  return bitmap ? { bitmap, revision: revision_of(response) ?? key.revision } : 'later';
+}
+
+/** Null where it is no picture: something on the way may have broken it. */
+async function decoded(blob: Blob): Promise<ImageBitmap | null> {
+  try {
+    return await createImageBitmap(blob);
+  } catch (error) {
+    if (error instanceof DOMException) return null;
+    throw error;
+  }
 }
 
 /** The revision that Content-Location names (`…/frames/7.jpg`, perhaps with the layer behind it). */

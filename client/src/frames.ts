@@ -77,7 +77,7 @@ export class FrameLoader {
       this.loading = loading;
       this.next = null;
       const picture = await this.load(loading.key, loading.abort.signal);
-      if (this.loading !== loading) return; // something else is watched since
+      if (this.loading !== loading) return discard(picture); // something else is watched since
       this.loading = null;
       if (picture === 'later') this.try_later(loading.key);
       else if (picture) this.accept(picture, { ...loading.key, revision: picture.revision });
@@ -91,10 +91,15 @@ export class FrameLoader {
   }
 
   private accept(picture: FramePicture, key: FrameKey): void {
-    if (!supersedes(key, this.shown, this.watched)) return;
+    if (!supersedes(key, this.shown, this.watched)) return discard(picture);
     this.shown = key;
     this.put_off = 0;
     this.show(picture, key);
     if (this.next && !supersedes(this.next, this.shown, this.watched)) this.next = null;
   }
+}
+
+/** Lets go of the pixels, which may be tens of megabytes, without waiting for the garbage collector. */
+function discard(picture: FramePicture | 'later' | null): void {
+  if (picture && picture !== 'later') picture.bitmap.close();
 }

@@ -50,6 +50,12 @@ describe('a picture', () => {
     expect(await load()).toBe('later');
   });
 
+  it('is to be asked for later where it arrives broken', async () => {
+    vi.stubGlobal('createImageBitmap', () => Promise.reject(new DOMException('no picture', 'InvalidStateError')));
+    server(() => new Response('half a picture'));
+    expect(await load()).toBe('later');
+  });
+
   it('comes with the revision that it is of, and so does its error', async () => {
     vi.stubGlobal('createImageBitmap', async () => 'pixels');
     for (const [view, layer] of [['picture', ''], ['error', '?layer=error.bound']] as const) {

@@ -26,7 +26,7 @@ function bench() {
   return { loader, asked, shown };
 }
 
-const picture = (revision: number) => ({ revision, bitmap: {} as ImageBitmap });
+const picture = (revision: number) => ({ revision, bitmap: { close: vi.fn() as () => void } as ImageBitmap });
 
 describe('supersedes', () => {
   it('prefers newer revisions, then lossless ones, of the watched job only', () => {
@@ -96,6 +96,23 @@ describe('FrameLoader', () => {
     await asked[1]!.answer(picture(2));
     await asked[0]!.answer(picture(1));
     expect(shown).toEqual([key('a', 2)]);
+  });
+
+  it('lets go of the pixels that are not shown', async () => {
+    const { loader, asked, shown } = bench();
+    const [for_another, older, wanted] = [picture(5), picture(1), picture(2)];
+    loader.watch(picture_of('a'));
+    loader.announce(key('a', 5));
+    loader.watch(picture_of('b'));
+    await asked[0]!.answer(for_another);
+    loader.announce(key('b', 2));
+    await asked[1]!.answer(wanted);
+    loader.announce(key('b', 3));
+    await asked[2]!.answer(older);
+    expect(shown).toEqual([key('b', 2)]);
+    expect(for_another.bitmap.close).toHaveBeenCalledOnce();
+    expect(older.bitmap.close).toHaveBeenCalledOnce();
+    expect(wanted.bitmap.close).not.toHaveBeenCalled(); // who shows it does so
   });
 
   it('does not fetch again what a newer answer has overtaken', async () => {
