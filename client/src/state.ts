@@ -182,7 +182,19 @@ function with_event(state: State, event: JobEvent): State {
 
 function with_points(state: State, points: SeriesPoint[]): State {
   const by_time = new Map([...state.series, ...points].map((point) => [point.seconds, point]));
-  return { ...state, series: [...by_time.values()].sort((a, b) => a.seconds - b.seconds) };
+  return { ...state, series: thinned([...by_time.values()].sort((a, b) => a.seconds - b.seconds)) };
+}
+
+const kLeastStep = 1.004; // between points: less is no pixel on a chart of logarithmic time
+
+/** Without what nobody sees: a job may run for days, and tells of itself twice a second. */
+function thinned(points: SeriesPoint[]): SeriesPoint[] {
+  let last = 0;
+  return points.filter(({ seconds }, index) => {
+    if (seconds < last * kLeastStep && index < points.length - 1) return false;
+    last = seconds;
+    return true;
+  });
 }
 
 function with_watch(state: State, job: string | null): State {

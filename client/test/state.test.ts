@@ -58,6 +58,18 @@ describe('the curve of the watched job', () => {
     expect(points(state)).toEqual([[1, 0.4], [2, 0.2], [3, 0.1]]);
   });
 
+  it('keeps the newest point, and of the others no more than can be told apart', () => {
+    const whole = Array.from({ length: 4000 }, (_, index) => ({ seconds: (index + 1) / 2, error: 0.5 }));
+    const state = after(watching, { type: 'series', job: 'j-1', points: whole });
+    expect(state.series.length).toBeLessThan(1500);
+    expect(state.series.slice(0, 3)).toEqual(whole.slice(0, 3));
+    expect(state.series.at(-1)).toEqual(whole.at(-1));
+    const newer = Array.from({ length: 10 }, (_, index) => an_event({ seconds: 2001 + index, error: 0.4 }));
+    const later = after(state, ...newer.map((event) => ({ type: 'event', event }) as const));
+    expect(later.series.length).toBeLessThan(state.series.length + 5);
+    expect(later.series.at(-1)).toEqual({ seconds: 2010, error: 0.4 });
+  });
+
   it('takes nothing of other jobs, nor points without an error', () => {
     const both: State = { ...watching, jobs: [...watching.jobs, a_job({ id: 'j-2' })] };
     const state = after(both,
