@@ -25,7 +25,8 @@ export const api = {
   info: () => ask('v1/info', parse_info),
   scenes: () => all_scenes(),
   scene: (id: string) => ask(`v1/scenes/${id}`, parse_report),
-  jobs: () => ask('v1/jobs?limit=50', parse_jobs),
+  /** The newest jobs; with a cursor those that come after it. */
+  jobs: (cursor: string | null = null) => ask(`v1/jobs?limit=50${cursor === null ? '' : `&cursor=${cursor}`}`, parse_jobs),
   job: (id: string) => ask(`v1/jobs/${id}`, parse_job),
   series: (id: string) => ask(`v1/jobs/${id}/series`, parse_series),
   upload: (file: Blob, media_type: string): Promise<Answer<SceneReport>> =>

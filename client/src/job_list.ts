@@ -8,12 +8,18 @@ import type { Job } from './wire';
 export class JobList {
   private readonly list = by_id('jobs', HTMLElement);
   private readonly none = by_id('no-jobs', HTMLElement);
+  private readonly older = by_id('older', HTMLButtonElement);
+
+  constructor(on_older: () => void) {
+    this.older.addEventListener('click', on_older);
+  }
 
   render(state: State): void {
     const rows = state.jobs.map((job) => ({ job, title: job_title(state, job), about: about(job) }));
     const key = JSON.stringify([state.watched, rows.map(({ job, title, about: text }) => [job.id, job.state, title, text])]);
     this.none.hidden = rows.length > 0;
     this.list.hidden = rows.length === 0;
+    this.older.hidden = state.older === null;
     set_children(this.list, key, () => rows.map(({ job, title, about: text }) => row(job, title, text, state.watched)));
   }
 }

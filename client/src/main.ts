@@ -22,7 +22,7 @@ const viewer = new Viewer((view) => show(view));
 const panel = new JobPanel(
   (id, action) => void act(id, action),
   (words) => dispatch({ type: 'notice', text: words }));
-const list = new JobList();
+const list = new JobList(() => void load_older_jobs());
 const form = new JobForm({
   on_scene: (scene) => choose_scene(scene),
   on_environment: (environment) => dispatch({ type: 'environment_chosen', environment }),
@@ -80,13 +80,19 @@ async function load_all(): Promise<void> {
     await Promise.all([api.info(), api.scenes(), api.environments(), api.jobs()]);
   if (info.ok) dispatch({ type: 'info', info: info.value });
   else note_failure(info.failure);
-  if (jobs.ok) dispatch({ type: 'jobs', jobs: jobs.value });
+  if (jobs.ok) dispatch({ type: 'jobs', page: jobs.value });
   else note_failure(jobs.failure);
   if (scenes.ok) dispatch({ type: 'scenes', scenes: scenes.value });
   else note_failure(scenes.failure);
   if (environments.ok) dispatch({ type: 'environments', environments: environments.value });
   else note_failure(environments.failure);
   if (state.scene !== null) await load_report(state.scene);
+}
+
+async function load_older_jobs(): Promise<void> {
+  const jobs = await api.jobs(state.older);
+  if (jobs.ok) dispatch({ type: 'older_jobs', page: jobs.value });
+  else note_failure(jobs.failure);
 }
 
 function choose_scene(scene: string): void {

@@ -1,5 +1,5 @@
 import type { View } from './frames';
-import { is_terminal, type Environment, type Info, type Job, type JobEvent, type Scene, type SceneReport, type SeriesPoint } from './wire';
+import { is_terminal, type Environment, type Info, type Job, type JobEvent, type JobPage, type Scene, type SceneReport, type SeriesPoint } from './wire';
 
 /** Everything the page shows, apart from the pixels of the picture and what is typed into the form. */
 export interface State {
@@ -16,6 +16,8 @@ export interface State {
   reports: Record<string, SceneReport | string>;
   /** Newest first. */
   jobs: Job[];
+  /** Leads on to jobs that are older than those of the list; null: there are none. */
+  older: string | null;
   /** The id of the job that is looked at. */
   watched: string | null;
   /** What is looked at of it. */
@@ -30,7 +32,7 @@ export interface State {
 
 export const kInitialState: State = {
   server: 'connecting', info: null, scenes: [], scene: null, environments: [], environment: null,
-  reports: {}, jobs: [],
+  reports: {}, jobs: [], older: null,
   watched: null, view: 'picture', watched_missing: false, series: [], notice: null,
 };
 
@@ -44,7 +46,8 @@ export type Action =
   | { type: 'environment_chosen'; environment: string | null }
   | { type: 'environment_added'; environment: Environment }
   | { type: 'report'; scene: string; report: SceneReport | string }
-  | { type: 'jobs'; jobs: Job[] }
+  | { type: 'jobs'; page: JobPage }
+  | { type: 'older_jobs'; page: JobPage }
   | { type: 'job'; job: Job }
   | { type: 'series'; job: string; points: SeriesPoint[] }
   | { type: 'event'; event: JobEvent }
@@ -65,7 +68,8 @@ export function reduce(state: State, action: Action): State {
     case 'environment_chosen': return { ...state, environment: action.environment };
     case 'environment_added': return with_added_environment(state, action.environment);
     case 'report': return { ...state, reports: { ...state.reports, [action.scene]: action.report } };
-    case 'jobs': return with_jobs(state, action.jobs);
+    case 'jobs': return with_jobs(state, action.page);
+    case 'older_jobs': return with_older_jobs(state, action.page);
     case 'job': return with_job(state, action.job);
     case 'series': return action.job === state.watched ? with_points(state, action.points) : state;
     case 'event': return with_event(state, action.event);
@@ -144,20 +148,29 @@ function with_added_environment(state: State, environment: Environment): State {
   return { ...state, environments: [...others, environment], environment: environment.id };
 }
 
-function with_jobs(state: State, jobs: Job[]): State {
-  const newer = jobs.map((job) => newest(job, find_job(state, job.id)));
+function with_jobs(state: State, { jobs, next_cursor }: JobPage): State {
   const watched = watched_job(state);
-  const listed = newer.some((job) => job.id === state.watched);
-  return { ...state, jobs: watched && !listed ? [...newer, watched] : newer };
+  return { ...state, jobs: by_age([...known_or_newer(state, jobs), ...(watched ? [watched] : [])]), older: next_cursor };
+}
+
+function with_older_jobs(state: State, { jobs, next_cursor }: JobPage): State {
+  return { ...state, jobs: by_age([...known_or_newer(state, jobs), ...state.jobs]), older: next_cursor };
 }
 
 function with_job(state: State, job: Job): State {
-  const known = find_job(state, job.id);
-  const jobs = known
-    ? state.jobs.map((other) => (other.id === job.id ? newest(job, other) : other))
-    : [job, ...state.jobs];
   const missing = state.watched_missing && job.id !== state.watched;
-  return { ...state, jobs, watched_missing: missing };
+  return { ...state, jobs: by_age([...known_or_newer(state, [job]), ...state.jobs]), watched_missing: missing };
+}
+
+function known_or_newer(state: State, jobs: Job[]): Job[] {
+  return jobs.map((job) => newest(job, find_job(state, job.id)));
+}
+
+/** Newest first; of two of the same id the one that comes first. */
+function by_age(jobs: Job[]): Job[] {
+  const first = new Map<string, Job>();
+  for (const job of jobs) if (!first.has(job.id)) first.set(job.id, job);
+  return [...first.values()].sort((a, b) => (a.created_at < b.created_at ? 1 : a.created_at > b.created_at ? -1 : 0));
 }
 
 function without_job(state: State, id: string): State {

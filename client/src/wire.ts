@@ -105,6 +105,8 @@ export interface JobNumbers {
 
 export interface Job extends JobNumbers {
   id: string;
+  /** As the server writes times: the texts are ordered as the times are. */
+  created_at: string;
   scene: string;
   label: string;
   method: Method;
@@ -118,6 +120,12 @@ export interface Job extends JobNumbers {
   paused_because: PauseReason | null;
   /** Why a failed job failed. */
   failure: string | null;
+}
+
+/** A part of the list, newest first; `next_cursor` leads on to older ones, null at the end. */
+export interface JobPage {
+  jobs: Job[];
+  next_cursor: string | null;
 }
 
 /** Something that happened to a job, with the numbers of that moment. */
@@ -197,6 +205,7 @@ const spec = object({ method, film: object({ width: count, height: count }), sto
 
 const job_frame = object({
   id: text,
+  created_at: text,
   scene: text,
   label: text,
   spec,
@@ -219,7 +228,7 @@ export const parse_job: Parser<Job> = (value, pointer) => {
   };
 };
 
-export const parse_jobs: Parser<Job[]> = (value, pointer) => object({ jobs: list(parse_job) })(value, pointer).jobs;
+export const parse_jobs: Parser<JobPage> = object<JobPage>({ jobs: list(parse_job), next_cursor: maybe(text) });
 
 export const parse_event: Parser<JobEvent> = (value, pointer) => ({
   ...object({ job: text })(value, pointer),

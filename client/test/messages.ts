@@ -49,7 +49,7 @@ export function scene_message(changes: Record<string, unknown> = {}): Record<str
 
 export function a_job(changes: Partial<Job> = {}): Job {
   return {
-    id: 'j-1', scene: 'ab'.repeat(32), label: '', state: 'rendering', version: 5, method: 'auto', width: 320,
+    id: 'j-1', created_at: '2026-01-31T12:00:00.123Z', scene: 'ab'.repeat(32), label: '', state: 'rendering', version: 5, method: 'auto', width: 320,
     height: 200, stop: { passes: 16, seconds: null, relative_error: null }, plan: null, passes: 3, seconds: 1.5,
     rejected_samples: 0, error: 0.25, noise: 0.24, bias: 0.07, eta_seconds: 4.5, map_hits: 2, map_disk_hits: 1, map_misses: 1, revision: 2, first_frame_seconds: 0.4, paused_because: null, failure: null,
     ...changes,

@@ -1,10 +1,11 @@
 import { describe, expect, it } from 'vitest';
 import { environment_title, kInitialState, reduce, scene_name, watched_job, type Action, type State } from '../src/state';
-import { parse_report, type Scene } from '../src/wire';
+import { parse_report, type Job, type JobPage, type Scene } from '../src/wire';
 import { a_job, an_event, scene_message } from './messages';
 
 const after = (state: State, ...actions: Action[]) => actions.reduce(reduce, state);
 const watching: State = { ...kInitialState, jobs: [a_job()], watched: 'j-1' };
+const a_page = (jobs: Job[], next_cursor: string | null = null): JobPage => ({ jobs, next_cursor });
 const a_scene = (id: string, name: string): Scene => ({ id, name, bytes: 10, sample: name !== '' });
 
 describe('jobs', () => {
@@ -17,7 +18,7 @@ describe('jobs', () => {
     const old = a_job({ version: 4, passes: 1 });
     expect(after(watching, { type: 'event', event: an_event({ version: 4, passes: 1 }) })).toEqual(watching);
     expect(after(watching, { type: 'job', job: old }).jobs).toEqual(watching.jobs);
-    expect(after(watching, { type: 'jobs', jobs: [old] }).jobs).toEqual(watching.jobs);
+    expect(after(watching, { type: 'jobs', page: a_page([old]) }).jobs).toEqual(watching.jobs);
   });
 
   it('ignores events of jobs it does not know', () => {
@@ -30,8 +31,19 @@ describe('jobs', () => {
   });
 
   it('keeps the watched job though the list does not reach back to it', () => {
-    const jobs = after(watching, { type: 'jobs', jobs: [a_job({ id: 'j-9' })] }).jobs;
+    const jobs = after(watching, { type: 'jobs', page: a_page([a_job({ id: 'j-9' })]) }).jobs;
     expect(jobs.map((job) => job.id)).toEqual(['j-9', 'j-1']);
+  });
+
+  it('lists jobs by their age, in whatever order they come to be known', () => {
+    const job_of = (minute: number) => a_job({ id: `j-${minute}`, created_at: `2026-01-31T12:0${minute}:00.000Z` });
+    const first = after(kInitialState, { type: 'jobs', page: a_page([job_of(5), job_of(4)], 'c-4') });
+    expect(first.older).toBe('c-4');
+    const linked = after(first, { type: 'job', job: job_of(1) }, { type: 'job', job: job_of(6) });
+    expect(linked.jobs.map((job) => job.id)).toEqual(['j-6', 'j-5', 'j-4', 'j-1']);
+    const all = after(linked, { type: 'older_jobs', page: a_page([job_of(3), job_of(2), job_of(1)]) });
+    expect(all.jobs.map((job) => job.id)).toEqual(['j-6', 'j-5', 'j-4', 'j-3', 'j-2', 'j-1']);
+    expect(all.older).toBeNull();
   });
 
   it('has no time left once it has ended', () => {

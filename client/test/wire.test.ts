@@ -80,7 +80,7 @@ describe('parse_report', () => {
 
 describe('the other messages', () => {
   it('names the job of a list that is malformed', () => {
-    expect(parse_jobs({ jobs: [job_message()], next_cursor: null }, '')).toHaveLength(1);
+    expect(parse_jobs({ jobs: [job_message()], next_cursor: 'c-1' }, '')).toMatchObject({ jobs: [{ id: 'j-1' }], next_cursor: 'c-1' });
     expect(pointer_of_failure(() => parse_jobs({ jobs: [job_message(), job_message({ id: 1 })] }, ''))).toBe('/jobs/1/id');
   });
 

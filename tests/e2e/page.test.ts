@@ -219,6 +219,25 @@ describe('a picture', () => {
   });
 });
 
+describe('the list of jobs', () => {
+  it('goes back as far as the server does', async () => {
+    const { scenes } = await (await fetch(`${photond.url}v1/scenes`)).json() as { scenes: { id: string }[] };
+    const spec = { scene: scenes[0]!.id, film: { width: 4, height: 4 }, photons_per_pass: 100, stop: { passes: 1 } };
+    for (let number = 0; number < 51; ++number) {
+      const body = JSON.stringify({ ...spec, label: `small ${number}` });
+      const headers = { 'Content-Type': 'application/json' };
+      expect((await fetch(`${photond.url}v1/jobs`, { method: 'POST', body, headers })).status).toBe(202);
+    }
+    await page.reload();
+    const titles = () => page.locator('#jobs a').allTextContents();
+    await expect.poll(async () => (await titles()).length).toBe(50);
+    await page.click('#older');
+    await expect.poll(async () => (await titles()).filter((title) => title.startsWith('small '))).toHaveLength(51);
+    expect((await titles()).slice(48, 51).map((title) => /^small \d+/.exec(title)?.[0])).toEqual(['small 2', 'small 1', 'small 0']);
+    expect(await page.locator('#older').isVisible()).toBe(false);
+  });
+});
+
 describe('what goes wrong', () => {
   it('is said at the field', async () => {
     expected_errors = [/status of 422/];
