@@ -117,7 +117,8 @@ Status RunJob::advance() {
   if (nothing_shown && has_preview(*task_)) return publish_preview();
   // Not before the preview: a film of many pixels takes as long.
   if (film_.complete.empty()) film_ = Film(task_->settings.width, task_->settings.height);
-  if (stop_rule_met()) return finish();  // by what was restored
+  // By what was restored. Without a pass there is no picture, though preparing may have taken all the time there was.
+  if (film_.pass_count() > 0 && stop_rule_met()) return finish();
   if (const Status rendered = render_next_pass(); !rendered) return rendered;
   if (stop_rule_met()) return finish();
   if (is_recent(job_->looked_at()) && rule_.due(film_.pass_count(), wall_seconds())) {

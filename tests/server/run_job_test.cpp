@@ -62,6 +62,15 @@ TEST_F(RunJobTest, EndsWhatItsStopRuleNames) {
   EXPECT_EQ(run.job()->record().passes, 3u);
 }
 
+TEST_F(RunJobTest, HasAPassThoughPreparingTookAllItsTime) {
+  JobRecord record = new_record();
+  record.spec.stop = {.seconds = 1e-9};
+  RunJob run(new_job(record), parts_);
+  while (run.step()) continue;
+  EXPECT_EQ(run.job()->state(), JobState::succeeded);
+  EXPECT_EQ(run.job()->record().passes, 1u) << "of none the picture is black";
+}
+
 /// A process that dies in the turn of `job`, and the next one.
 Turn death_of(const std::filesystem::path& file, const std::string& job) {
   Turn(file).give(job);
