@@ -10,6 +10,26 @@ namespace {
 
 // Of maps that wait to be written; what comes beyond it stays in memory only.
 constexpr std::uint64_t kMaxQueuedBytes = 512ull << 20;
+// For what is yet to be written when the service ends; the rest is built again when it is needed.
+constexpr std::chrono::seconds kLastWrites{2};
+
+void add_memory(MapCache::Info& info, const SharedCache<MapKey, CachedMap>::Info& entry) {
+  info = {.key = entry.key,
+          .bytes = entry.value->memory_bytes,
+          .facts = entry.value->facts,
+          .hits = entry.hits,
+          .last_use = entry.last_use,
+          .in_memory = true,
+          .pinned = entry.pinned};
+}
+
+void add_file(MapCache::Info& info, const MapFiles::Info& file) {
+  if (!info.in_memory) info = {.key = file.key, .bytes = file.bytes, .facts = file.facts};
+  info.hits += file.hits;
+  info.last_use = std::max(info.last_use, file.last_use);
+  info.on_disk = true;
+  info.pinned = info.pinned || file.pinned;
+}
 
 }  // namespace
 
@@ -18,7 +38,11 @@ MapCache::MapCache(std::uint64_t memory_bytes, std::unique_ptr<MapFiles> files)
   if (files_) writer_ = std::jthread([this](std::stop_token stop) { write_all(std::move(stop)); });
 }
 
-MapCache::~MapCache() { flush(); }
+MapCache::~MapCache() {
+  if (flush(kLastWrites)) return;
+  const std::lock_guard lock(mutex_);
+  queue_.clear();
+}
 
 Result<MapCache::Answer> MapCache::get(const PreparedScene& scene, const MapKey& key, const Execution& execution,
                                        bool keep) {
@@ -131,40 +155,29 @@ bool MapCache::write(const Write& what) {
   }
 }
 
-void MapCache::flush() {
+bool MapCache::flush(std::chrono::milliseconds patience) {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return queue_.empty() && !writing_; });
+  return changed_.wait_for(lock, patience, [this] { return queue_.empty() && !writing_; });
 }
 
 std::vector<MapCache::Info> MapCache::list() const {
   std::map<MapKey, Info> infos;
-  for (const Memory::Info& entry : memory_.list()) {
-    infos[entry.key] = {.key = entry.key,
-                        .bytes = entry.value->memory_bytes,
-                        .facts = entry.value->facts,
-                        .hits = entry.hits,
-                        .last_use = entry.last_use,
-                        .in_memory = true,
-                        .pinned = entry.pinned};
-  }
-  for (const MapFiles::Info& file : files_ ? files_->list() : std::vector<MapFiles::Info>()) {
-    Info& info = infos[file.key];
-    if (!info.in_memory) info = {.key = file.key, .bytes = file.bytes, .facts = file.facts};
-    info.hits += file.hits;
-    info.last_use = std::max(info.last_use, file.last_use);
-    info.on_disk = true;
-    info.pinned = info.pinned || file.pinned;
-  }
+  for (const Memory::Info& entry : memory_.list()) add_memory(infos[entry.key], entry);
+  for (const MapFiles::Info& file : files_ ? files_->list() : std::vector<MapFiles::Info>())
+    add_file(infos[file.key], file);
   std::vector<Info> result;
   for (const auto& [key, info] : infos) result.push_back(info);
   return result;
 }
 
 std::optional<MapCache::Info> MapCache::find(const MapKey& key) const {
-  for (const Info& info : list()) {
-    if (info.key == key) return info;
-  }
-  return std::nullopt;
+  const auto entry = memory_.find(key);
+  const auto file = files_ ? files_->find(key) : std::nullopt;
+  if (!entry && !file) return std::nullopt;
+  Info info;
+  if (entry) add_memory(info, *entry);
+  if (file) add_file(info, *file);
+  return info;
 }
 
 MapCache::Totals MapCache::totals() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -55,7 +56,7 @@ class MapCache {
 
   /// `files` may be null: no disk tier.
   MapCache(std::uint64_t memory_bytes, std::unique_ptr<MapFiles> files);
-  /// Finishes writing.
+  /// Goes on writing for a while; what is not on disk by then is dropped.
   ~MapCache();
 
   /// With `keep` false what is built here is neither stored nor written. Errors: cancelled, those of building.
@@ -76,8 +77,8 @@ class MapCache {
   std::uint64_t spare_disk() const { return files_ ? files_->evictable_bytes() : 0; }
   /// Frees at least so many bytes of disk, or all that is not pinned; returns how many.
   std::uint64_t free_disk(std::uint64_t bytes) { return files_ ? files_->evict(bytes) : 0; }
-  /// Waits until what was built so far is on disk.
-  void flush();
+  /// Waits until what was built so far is on disk; false where that takes longer.
+  bool flush(std::chrono::milliseconds patience = std::chrono::minutes(1));
 
  private:
   using Memory = SharedCache<MapKey, CachedMap>;

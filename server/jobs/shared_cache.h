@@ -98,12 +98,20 @@ class SharedCache {
     return totals;
   }
 
+  /// A ready value; nothing where there is none. No use of it.
+  std::optional<Info> find(const Key& key) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = entries_.find(key);
+    if (found == entries_.end() || !found->second.value) return std::nullopt;
+    return info_of(*found);
+  }
+
   /// Ready values in the order of their keys.
   std::vector<Info> list() const {
     const std::lock_guard lock(mutex_);
     std::vector<Info> infos;
-    for (const auto& [key, entry] : entries_) {
-      if (entry.value) infos.push_back({key, entry.value, entry.hits, entry.build_seconds, entry.last_use, entry.pinned});
+    for (const auto& entry : entries_) {
+      if (entry.second.value) infos.push_back(info_of(entry));
     }
     return infos;
   }
@@ -126,6 +134,11 @@ class SharedCache {
     bool pinned = false;
   };
   using Entries = std::map<Key, Entry>;
+
+  static Info info_of(const typename Entries::value_type& of) {
+    const auto& [key, entry] = of;
+    return {key, entry.value, entry.hits, entry.build_seconds, entry.last_use, entry.pinned};
+  }
 
   Answer touch(Entry& entry) {
     entry.tick = ++tick_;

@@ -88,7 +88,7 @@ TEST_F(MapCacheTest, IrradianceIsAddedToPhotonsThatAreThere) {
 
 TEST_F(MapCacheTest, WhatIsNotKeptIsNotWritten) {
   EXPECT_EQ(origin(key(0), false), Origin::built);
-  cache_->flush();
+  ASSERT_TRUE(cache_->flush());
   EXPECT_TRUE(cache_->list().empty());
   EXPECT_TRUE(fs::is_empty(folder_.path()));
 }
@@ -139,7 +139,7 @@ TEST_F(MapCacheTest, BothBudgetsHold) {
   open(3 * one, 8 * one);
   for (std::uint32_t pass = 0; pass < 20; ++pass) {
     EXPECT_EQ(origin(key(pass)), Origin::built);
-    cache_->flush();
+    ASSERT_TRUE(cache_->flush());
     EXPECT_LE(cache_->totals().memory.bytes, 3 * one);
     EXPECT_LE(cache_->totals().disk.bytes, 8 * one);
   }
@@ -156,7 +156,7 @@ TEST_F(MapCacheTest, PinnedMapsStayInBothTiers) {
   (void)origin(key(0));
   ASSERT_TRUE(cache_->pin(key(0), true).ok());
   for (std::uint32_t pass = 1; pass < 12; ++pass) (void)origin(key(pass));
-  cache_->flush();
+  ASSERT_TRUE(cache_->flush());
   auto info = cache_->find(key(0));
   ASSERT_TRUE(info);
   EXPECT_TRUE(info->in_memory && info->on_disk && info->pinned);
@@ -167,7 +167,7 @@ TEST_F(MapCacheTest, PinnedMapsStayInBothTiers) {
   EXPECT_EQ(origin(key(0)), Origin::memory) << "pinned in memory as on disk";
   ASSERT_TRUE(cache_->pin(key(0), false).ok());
   for (std::uint32_t pass = 20; pass < 40; ++pass) (void)origin(key(pass));
-  cache_->flush();
+  ASSERT_TRUE(cache_->flush());
   EXPECT_FALSE(cache_->find(key(0)));
 }
 
@@ -183,14 +183,28 @@ TEST_F(MapCacheTest, NotEverythingCanBePinned) {
   EXPECT_TRUE(cache_->pin(key(2), false).ok());
 }
 
+TEST_F(MapCacheTest, FindsInEitherTierWhatItLists) {
+  EXPECT_FALSE(cache_->find(key(0)));
+  origin(key(0));
+  ASSERT_TRUE(cache_->flush());
+  const auto both = cache_->find(key(0));
+  ASSERT_TRUE(both && both->in_memory && both->on_disk);
+  open(0);
+  const auto filed = cache_->find(key(0));
+  ASSERT_TRUE(filed && !filed->in_memory && filed->on_disk);
+  EXPECT_EQ(filed->facts.global, both->facts.global);
+  EXPECT_EQ(cache_->find(key(0))->hits, cache_->list().front().hits) << "to look is no use";
+  EXPECT_FALSE(cache_->find(key(1)));
+}
+
 TEST_F(MapCacheTest, ErasesFromBothTiers) {
   (void)origin(key(0));
   EXPECT_TRUE(cache_->erase(key(0))) << "perhaps while it is being written";
-  cache_->flush();
+  ASSERT_TRUE(cache_->flush());
   EXPECT_FALSE(cache_->erase(key(0)));
   EXPECT_TRUE(fs::is_empty(folder_.path()));
   (void)origin(key(0));
-  cache_->flush();
+  ASSERT_TRUE(cache_->flush());
   open();
   EXPECT_TRUE(cache_->erase(key(0))) << "on disk only";
   EXPECT_EQ(origin(key(0)), Origin::built);
@@ -198,7 +212,7 @@ TEST_F(MapCacheTest, ErasesFromBothTiers) {
 
 TEST_F(MapCacheTest, FreesDiskForOthers) {
   for (std::uint32_t pass = 0; pass < 4; ++pass) (void)origin(key(pass));
-  cache_->flush();
+  ASSERT_TRUE(cache_->flush());
   const std::uint64_t all = cache_->totals().disk.bytes;
   EXPECT_EQ(cache_->free_disk(UINT64_MAX), all);
   EXPECT_EQ(cache_->totals().disk.bytes, 0u);
@@ -206,10 +220,10 @@ TEST_F(MapCacheTest, FreesDiskForOthers) {
 }
 
 TEST_F(MapCacheTest, AFailureToWriteIsCountedAndHarmless) {
-  cache_->flush();
+  ASSERT_TRUE(cache_->flush());
   fs::remove_all(folder_.path());
   EXPECT_EQ(origin(key(0)), Origin::built);
-  cache_->flush();
+  ASSERT_TRUE(cache_->flush());
   EXPECT_EQ(cache_->totals().write_failures, 1u);
   EXPECT_EQ(origin(key(0)), Origin::memory);
   fs::create_directories(folder_.path());
