@@ -105,10 +105,17 @@ Response Api::latest_frame(const Request& request, const FrameWish& wish) const 
 }
 
 Response Api::frame_response(const std::string& id, std::uint32_t revision, const FrameWish& wish) const {
-  const Result<Frames::Bytes> bytes = jobs_.frame(id, revision, wish.format, wish.layer);
-  if (!bytes) return problem(bytes.error());
   Response response;
   response.content_type = frame_type(wish.format);
+  if (!wish.of_error()) {
+    // What is on the disk goes out from there: a slow reader must not hold a large picture in memory.
+    if (const auto file = jobs_.frame_file(id, revision, wish.format)) {
+      response.body = *file;
+      return response;
+    }
+  }
+  const Result<Frames::Bytes> bytes = jobs_.frame(id, revision, wish.format, wish.layer);
+  if (!bytes) return problem(bytes.error());
   response.body = *bytes;
   return response;
 }

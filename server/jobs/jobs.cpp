@@ -301,18 +301,6 @@ std::shared_ptr<const Job> Jobs::job(const std::string& id) const {
   return run ? run->job() : nullptr;
 }
 
-Result<Jobs::CheckpointFile> Jobs::checkpoint(const std::string& id) const {
-  if (!find(id)) return no_job(id);
-  const auto checkpoints = files_.checkpoints(id);
-  if (!checkpoints) return checkpoints.error();
-  for (const JobFiles::Checkpoint& checkpoint : *checkpoints) {
-    Result<FileBytes> bytes = files_.open(checkpoint);
-    if (bytes) return CheckpointFile{checkpoint, std::move(*bytes)};
-    if (bytes.error().code != ErrorCode::not_found) return bytes.error();  // else damaged, or replaced just now
-  }
-  return Error{ErrorCode::not_found, "no checkpoint of job " + id + " has been written", ""};
-}
-
 Status Jobs::remove_environment(const Digest& id) {
   if (const auto known = environments_.find(id); !known) return known.error();
   const std::lock_guard lock(mutex_);
@@ -323,20 +311,6 @@ Status Jobs::remove_environment(const Digest& id) {
     }
   }
   return environments_.remove(id);
-}
-
-Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision, FrameFormat format,
-                                  FrameLayer layer) const {
-  const std::shared_ptr<RunJob> run = find(id);
-  if (!run) return no_job(id);
-  Result<Frames::Bytes> running = run->job()->frames.get(revision, format, layer);
-  if (running || running.error().code != ErrorCode::not_found) return running;
-  if (layer == FrameLayer::radiance) {
-    Result<Blob> kept = files_.frame(id, revision, format);
-    if (kept || kept.error().code != ErrorCode::not_found) return kept;
-  }
-  const Result<Blob> exr = files_.frame(id, revision, FrameFormat::exr);
-  return exr ? picture_from_exr(**exr, layer, format) : running;
 }
 
 std::shared_ptr<RunJob> Jobs::find(const std::string& id) const {

@@ -130,6 +130,8 @@ class Jobs {
   /// Errors: not_found, or the encoder's.
   Result<Frames::Bytes> frame(const std::string& id, std::uint32_t revision, FrameFormat format,
                               FrameLayer layer = FrameLayer::radiance) const;
+  /// The file of a picture that is on the disk already. Errors: not_found, io.
+  Result<FileBytes> frame_file(const std::string& id, std::uint32_t revision, FrameFormat format) const;
 
   /// Refuses new work, puts the running jobs back into the queue with their passes kept, and ends the render thread.
   /// What is not put away after the drain time goes on from its last checkpoint at the next start.

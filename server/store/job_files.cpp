@@ -63,6 +63,16 @@ Status JobFiles::publish(Blobs& files, const char* table, const Blobs::Written& 
 }
 
 Result<Blob> JobFiles::frame(const std::string& job, std::uint32_t revision, FrameFormat format) {
+  const Result<Digest> blob = find_frame(job, revision, format);
+  return blob ? frame_files_->get(*blob) : blob.error();
+}
+
+Result<FileBytes> JobFiles::open_frame(const std::string& job, std::uint32_t revision, FrameFormat format) {
+  const Result<Digest> blob = find_frame(job, revision, format);
+  return blob ? frame_files_->open_file(*blob) : blob.error();
+}
+
+Result<Digest> JobFiles::find_frame(const std::string& job, std::uint32_t revision, FrameFormat format) {
   std::optional<Digest> blob;
   const Status read = database_.read([&](Transaction& transaction) {
     Query query = transaction.query("SELECT blob FROM frames WHERE job = ? AND revision = ? AND format = ?", job,
@@ -71,7 +81,7 @@ Result<Blob> JobFiles::frame(const std::string& job, std::uint32_t revision, Fra
     return query.status();
   });
   if (!read) return read.error();
-  if (blob) return frame_files_->get(*blob);
+  if (blob) return *blob;
   return Error{ErrorCode::not_found, "revision " + std::to_string(revision) + " is not kept; ask for latest", ""};
 }
 

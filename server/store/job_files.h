@@ -34,6 +34,8 @@ class JobFiles {
                    std::span<const std::byte> bytes);
   /// Errors: not_found (not kept, or damaged), io.
   Result<Blob> frame(const std::string& job, std::uint32_t revision, FrameFormat format);
+  /// The same as a file. Errors: as frame.
+  Result<FileBytes> open_frame(const std::string& job, std::uint32_t revision, FrameFormat format);
 
   /// Keeps what `content` writes as the newest checkpoint, and the one before it. Errors: those of the disk.
   Status put_checkpoint(const std::string& job, std::uint32_t passes, double seconds,
@@ -58,6 +60,7 @@ class JobFiles {
   const Blobs& checkpoint_files() const { return *checkpoint_files_; }
 
  private:
+  Result<Digest> find_frame(const std::string& job, std::uint32_t revision, FrameFormat format);
   JobFiles(Database& database, std::unique_ptr<Blobs> frames, std::unique_ptr<Blobs> checkpoints)
       : database_(database), frame_files_(std::move(frames)), checkpoint_files_(std::move(checkpoints)) {}
   Status sweep(Blobs& files, const char* table);

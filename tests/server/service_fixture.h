@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "server/service.h"
 #include "tests/server/http_client.h"
@@ -85,6 +86,23 @@ class ServiceTest : public ::testing::Test {
     }
     ADD_FAILURE() << "the job does not end";
     return now;
+  }
+
+  /// By how many bytes the process grows with so many readers of a body of x's who stop after its beginning.
+  std::int64_t memory_of_slow_readers(const std::string& target, std::size_t count) {
+    const auto memory = [this] {
+      const std::string text = get(port_, "/metrics").body, name = "\nprocess_resident_memory_bytes ";
+      return std::stoll(text.substr(text.find(name) + name.size()));
+    };
+    const auto before = memory();
+    std::vector<std::unique_ptr<Connection>> readers;
+    for (std::size_t i = 0; i < count; ++i) {
+      readers.push_back(std::make_unique<Connection>(port_, true));
+      readers.back()->send("GET " + target + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+      const std::string begun = readers.back()->read_until("\r\n\r\nxxx", std::chrono::seconds(10));
+      EXPECT_TRUE(begun.starts_with("HTTP/1.1 200")) << begun;
+    }
+    return memory() - before;
   }
 
   std::unique_ptr<TemporaryFolder> data_;

@@ -3,6 +3,8 @@
 
 #include "core/film/encode.h"
 #include "server/jobs/frames.h"
+#include "server/store/job_files.h"
+#include "server/store/schema.h"
 #include "tests/server/service_fixture.h"
 
 namespace photond::test {
@@ -147,6 +149,25 @@ TEST_F(FramesTest, APictureThatNeverWasHasNotStayedTheSame) {
   EXPECT_EQ(get(port_, frames + "999.png", {{"If-None-Match", "\"" + id + ".999.png\""}}).status, 404);
   EXPECT_EQ(get(port_, done["urls"]["frame"].get<std::string>() + ".png", any).status, 304);
   EXPECT_EQ(get(port_, frames + "latest.png", any).status, 304);
+}
+
+TEST_F(FramesTest, ASlowReaderOfAnEndedJobsPictureCostsLittleMemory) {
+  constexpr std::int64_t kFileBytes = 40 << 20, kReaders = 8;
+  const std::string id = submit(upload(), R"("method":"path","stop":{"passes":1})");
+  const auto revision = wait_for_end(id)["revision"].get<std::uint32_t>();
+  service_.reset();
+  {
+    const std::filesystem::path data = data_->file("data");
+    auto database = Database::open(data / "photond.db", schema());
+    ASSERT_TRUE(database.ok());
+    auto files = JobFiles::open(**database, data / "frames", data / "checkpoints");
+    ASSERT_TRUE(files.ok());
+    const std::vector<std::byte> large(kFileBytes, std::byte{'x'});
+    ASSERT_TRUE((*files)->drop_frames(id).ok() && (*files)->put_frame(id, revision, FrameFormat::exr, large).ok());
+  }
+  restart();
+  const std::string target = "/v1/jobs/" + id + "/frames/latest.exr";
+  EXPECT_LT(memory_of_slow_readers(target, kReaders), kReaders * kFileBytes / 4);
 }
 
 TEST_F(FramesTest, WhatIsKnownAlreadyIsToldWithTheHeadersOfTheWhole) {
