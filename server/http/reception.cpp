@@ -108,7 +108,7 @@ Served Reception::find(Arrival& arrival, const Head& head, const std::string& pa
     if (!captures || (resource != nullptr && *resource != route.pattern)) continue;
     resource = &route.pattern;
     if (route.method != method) {
-      allowed += (allowed.empty() ? "" : ", ") + route.method;
+      allowed += (allowed.empty() ? "" : ", ") + route.method + (route.method == "GET" ? ", HEAD" : "");
       continue;
     }
     if (!enter(route.pattern, query.contains("wait") ? Seat::stream : route.seat)) return served;

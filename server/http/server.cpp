@@ -287,6 +287,8 @@ void HttpServer::State::answer(Arrival& arrival, const httplib::Request& in, Con
     out.set_header(name, value);
     if (name == "Location") line.with("location", value);  // says which job a request made
   }
+  // Else the library would offer what a GET does not.
+  if (in.method == "HEAD" && !out.has_header("Accept-Ranges")) out.set_header("Accept-Ranges", "none");
   if (const auto* text = std::get_if<std::string>(&response.body)) {
     write_bytes(text->size(), from_memory(to_bytes(*text)), response.content_type, served.seat, out);
   } else if (const auto* bytes = std::get_if<SharedBytes>(&response.body)) {

@@ -31,6 +31,7 @@ TEST_F(ServiceTest, TellsOfItself) {
   EXPECT_EQ(info["threads"], 2);
   EXPECT_GT(info["limits"]["max_upload_bytes"].get<std::uint64_t>(), 0u);
   EXPECT_EQ(request(port_, "HEAD", "/healthz").body, "");
+  EXPECT_EQ(request(port_, "HEAD", "/healthz").headers.at("accept-ranges"), "none") << "as GET of it has none";
 }
 
 TEST_F(ServiceTest, TheContractDescribesEveryRouteThatAnswers) {
@@ -67,7 +68,7 @@ TEST_F(ServiceTest, UnknownPathsAndMethodsAreProblems) {
   EXPECT_EQ(none.headers.at("x-content-type-options"), "nosniff");
   const Reply method = request(port_, "DELETE", "/v1/jobs");
   EXPECT_EQ(method.status, 405);
-  EXPECT_EQ(method.headers.at("allow"), "POST, GET");
+  EXPECT_EQ(method.headers.at("allow"), "POST, GET, HEAD");
   EXPECT_EQ(request(port_, "PUT", "/v1/jobs", "{}", "application/json").status, 405);
   EXPECT_EQ(get(port_, "/" + std::string(2000, 'a')).status, 414);
   EXPECT_EQ(get(port_, "/v1/jobs%0d%0aX:%20y").status, 400);

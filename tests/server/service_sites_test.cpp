@@ -86,7 +86,7 @@ TEST_F(ServiceTest, OtherSitesAreNotLetInUnlessNamed) {
   const Reply preflight = request(port_, "OPTIONS", "/v1/jobs", "", "", asked);
   EXPECT_EQ(preflight.status, 204);
   EXPECT_EQ(preflight.headers.at("access-control-allow-origin"), "https://example.org");
-  EXPECT_EQ(preflight.headers.at("access-control-allow-methods"), "POST, GET");
+  EXPECT_EQ(preflight.headers.at("access-control-allow-methods"), "POST, GET, HEAD");
   EXPECT_NE(preflight.headers.at("access-control-allow-headers").find("Authorization"), std::string::npos);
   const Reply answer = get(port_, "/v1/jobs", asked);
   EXPECT_EQ(answer.headers.at("access-control-allow-origin"), "https://example.org");
