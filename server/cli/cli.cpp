@@ -261,7 +261,12 @@ CLI::App* add_key(CLI::App& app, KeyCommand& command) {
 /// Help and version requests succeed and go to stdout; everything else is a usage error.
 int print_parse_result(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
-  std::cerr << "photond: " << error.what() << " (see photond --help)\n";
+  std::string command = "photond";
+  for (const CLI::App* part = &app; !part->get_subcommands().empty();) {
+    part = part->get_subcommands().front();
+    command += " " + part->get_name();
+  }
+  std::cerr << "photond: " << error.what() << " (see " << command << " --help)\n";
   return kExitUsage;
 }
 

@@ -83,6 +83,8 @@ TEST(Usage, SettingsOutOfRangeNameTheOptionAndTheRange) {
   }
   EXPECT_NE(run_photond({"key", "create", "--scope", "read", "--max-jobs", "-1"}).err.find("--max-jobs"), std::string::npos);
   EXPECT_NE(run_photond({"paint"}).err.find("paint"), std::string::npos);
+  EXPECT_NE(run_photond({"key", "create"}).err.find("(see photond key create --help)"), std::string::npos);
+  EXPECT_NE(run_photond({"--paint"}).err.find("(see photond --help)"), std::string::npos);
 }
 
 TEST(Usage, HelpAndVersionSucceed) {
