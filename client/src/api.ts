@@ -29,11 +29,11 @@ export const api = {
   jobs: (cursor: string | null = null) => ask(`v1/jobs?limit=50${cursor === null ? '' : `&cursor=${cursor}`}`, parse_jobs),
   job: (id: string) => ask(`v1/jobs/${id}`, parse_job),
   series: (id: string) => ask(`v1/jobs/${id}/series`, parse_series),
-  upload: (file: Blob, media_type: string): Promise<Answer<SceneReport>> =>
-    ask('v1/scenes', parse_report, { method: 'POST', body: file, headers: { 'Content-Type': media_type } }),
+  upload: (file: Blob, media_type: string, name: string): Promise<Answer<SceneReport>> =>
+    ask(named('v1/scenes', name), parse_report, { method: 'POST', body: file, headers: { 'Content-Type': media_type } }),
   environments: () => ask('v1/environments', parse_environments),
-  upload_environment: (file: Blob): Promise<Answer<Environment>> =>
-    ask('v1/environments', parse_environment,
+  upload_environment: (file: Blob, name: string): Promise<Answer<Environment>> =>
+    ask(named('v1/environments', name), parse_environment,
       { method: 'POST', body: file, headers: { 'Content-Type': 'application/octet-stream' } }),
   submit: (job: JobRequest): Promise<Answer<Job>> =>
     ask('v1/jobs', parse_job, json_post(job)),
@@ -96,6 +96,10 @@ async function decoded(blob: Blob): Promise<ImageBitmap | null> {
 function revision_of(response: Response): number | null {
   const found = /\/frames\/(\d+)\.\w+(\?|$)/.exec(response.headers.get('Content-Location') ?? '');
   return found ? Number(found[1]) : null;
+}
+
+function named(path: string, name: string): string {
+  return `${path}?${new URLSearchParams({ name })}`;
 }
 
 /** The scenes of the first pages. */

@@ -113,10 +113,10 @@ function take_files(files: File[]): void {
   const maps = files.filter(is_environment);
   const scenes = files.filter((file) => !is_environment(file));
   void upload(maps, kEnvironments, limit, (words, failed) => form.show_environment_upload(words, failed)).then((map) => {
-    if (map) dispatch({ type: 'environment_added', environment: { ...map, name: maps[0]!.name } });
+    if (map) dispatch({ type: 'environment_added', environment: map });
   });
   void upload(scenes, kScenes, limit, (words, failed) => form.show_upload(words, failed)).then((scene) => {
-    if (scene) dispatch({ type: 'scene_added', report: { ...scene, name: scene.name || scenes[0]!.name } });
+    if (scene) dispatch({ type: 'scene_added', report: scene });
   });
 }
 

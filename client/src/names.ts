@@ -26,7 +26,7 @@ export function job_title(state: State, job: Job): string {
 
 const kLabelCharacters = 200; // that the server takes
 
-/** The label of a job on a scene of this name. */
+/** As much of a name as the server takes, of a scene and for a job on it. */
 export function label_of(name: string): string {
   return [...name].slice(0, kLabelCharacters).join('');
 }

@@ -98,7 +98,7 @@ export function chosen_report(state: State): SceneReport | string | null {
   return state.scene === null ? null : state.reports[state.scene] ?? null;
 }
 
-/** A name for people: the sample's or file's, else the start of the id. */
+/** A name for people: the scene's, else the start of its id. */
 export function scene_name(state: State, id: string): string {
   const scene = state.scenes.find((known) => known.id === id);
   return scene ? scene_title(scene) : `scene ${id.slice(0, 8)}`;
@@ -110,15 +110,12 @@ export function scene_title(scene: Scene): string {
 }
 
 function with_scenes(state: State, scenes: Scene[]): State {
-  // The server knows no file names of uploads; those of this visit are kept.
-  const named: Scene[] = scenes.map((scene) => ({
-    ...scene, name: scene.name || state.scenes.find((known) => known.id === scene.id)?.name || '',
-  }));
   // A list may be older than an upload, or end before it: what is chosen and known stays.
   const report = chosen_report(state);
-  if (report && typeof report !== 'string' && !named.some(({ id }) => id === report.id)) named.push(report);
-  const chosen = named.some((scene) => scene.id === state.scene) ? state.scene : named[0]?.id ?? null;
-  return { ...state, scenes: named, scene: chosen };
+  const unlisted = report && typeof report !== 'string' && !scenes.some(({ id }) => id === report.id) ? [report] : [];
+  const all: Scene[] = [...scenes, ...unlisted];
+  const chosen = all.some((scene) => scene.id === state.scene) ? state.scene : all[0]?.id ?? null;
+  return { ...state, scenes: all, scene: chosen };
 }
 
 function with_added_scene(state: State, report: SceneReport): State {
@@ -135,12 +132,8 @@ export function environment_title({ id, name, width, height }: Environment): str
 }
 
 function with_environments(state: State, environments: Environment[]): State {
-  // As of scenes: the names are those of this visit.
-  const named = environments.map((map) => ({
-    ...map, name: state.environments.find((known) => known.id === map.id)?.name ?? '',
-  }));
   const chosen = environments.some((map) => map.id === state.environment) ? state.environment : null;
-  return { ...state, environments: named, environment: chosen };
+  return { ...state, environments, environment: chosen };
 }
 
 function with_added_environment(state: State, environment: Environment): State {

@@ -1,24 +1,26 @@
 import { api, describe, type Answer } from './api';
+import { label_of } from './names';
 import type { Environment, SceneReport } from './wire';
 
 /** Says how an upload goes; `failed` where it did not work. */
 export type Say = (words: string, failed?: boolean) => void;
 
 /** One kind of thing that is uploaded. */
-interface Kind<T> {
+interface Kind<T extends { name: string }> {
   /** Said where several files of the kind come at once. */
   one_only: string;
-  send(file: File): Promise<Answer<T>>;
+  /** `name`: what it is to be called. */
+  send(file: File, name: string): Promise<Answer<T>>;
 }
 
 export const kScenes: Kind<SceneReport> = {
   one_only: 'Give one scene at a time; a .gltf with the files it refers to as one zip.',
-  send: (file) => api.upload(file, media_type_of(file.name)),
+  send: (file, name) => api.upload(file, media_type_of(file.name), name),
 };
 
 export const kEnvironments: Kind<Environment> = {
   one_only: 'Give one picture of the surroundings at a time.',
-  send: (file) => api.upload_environment(file),
+  send: (file, name) => api.upload_environment(file, name),
 };
 
 /** Whether a file of this name is a picture of the surroundings rather than a scene. */
@@ -27,7 +29,9 @@ export function is_environment({ name }: File): boolean {
 }
 
 /** Sends the only one of `files`, of at most `limit` bytes, and says how it goes; null where nothing came of it. */
-export async function upload<T>(files: File[], kind: Kind<T>, limit: number | null, say: Say): Promise<T | null> {
+export async function upload<T extends { name: string }>(
+  files: File[], kind: Kind<T>, limit: number | null, say: Say,
+): Promise<T | null> {
   const [file, ...more] = files;
   if (!file) return null;
   const refused = more.length > 0 ? kind.one_only : await fault_of(file, limit);
@@ -36,8 +40,9 @@ export async function upload<T>(files: File[], kind: Kind<T>, limit: number | nu
     return null;
   }
   say(`Sending ${file.name} …`);
-  const answer = await kind.send(file);
-  if (answer.ok) say(`${file.name} is ready.`);
+  const name = label_of(file.name);
+  const answer = await kind.send(file, name);
+  if (answer.ok) say(`${file.name} is ready${answer.value.name === name ? '' : `; it is known as ${answer.value.name}`}.`);
   else say(`${file.name}: ${describe(answer.failure)}`, true);
   return answer.ok ? answer.value : null;
 }

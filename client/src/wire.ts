@@ -49,7 +49,6 @@ export interface SceneReport extends Scene {
 /** A map of the light from around. */
 export interface Environment {
   id: string;
-  /** Of the file, where it was uploaded from this page; the server keeps none. */
   name: string;
   width: number;
   height: number;
@@ -257,9 +256,7 @@ const scene = object<Scene>({ id: text, name: text, bytes: count, sample: flag }
 
 export const parse_scenes: Parser<ScenePage> = object<ScenePage>({ scenes: list(scene), next_cursor: maybe(text) });
 
-const environment = object({ id: text, width: count, height: count });
-
-export const parse_environment: Parser<Environment> = (value, pointer) => ({ ...environment(value, pointer), name: '' });
+export const parse_environment: Parser<Environment> = object<Environment>({ id: text, name: text, width: count, height: count });
 
 export const parse_environments: Parser<Environment[]> = (value, pointer) =>
   object({ environments: list(parse_environment) })(value, pointer).environments;

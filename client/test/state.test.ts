@@ -116,17 +116,11 @@ describe('scenes', () => {
     expect(other).toMatchObject({ scene: 'a', scenes: [{ id: 'a' }] });
   });
 
-  it('takes the name of the file that was uploaded last', () => {
+  it('takes the name that an upload has got', () => {
     const report = { ...parse_report(scene_message(), ''), ...a_scene('c', 'mine.glb'), sample: false };
     const listed = after(kInitialState, { type: 'scenes', scenes: [a_scene('c', ''), a_scene('d', '')] });
     const state = after(listed, { type: 'scene_added', report });
     expect(state.scenes.map(({ id, name }) => [id, name])).toEqual([['c', 'mine.glb'], ['d', '']]);
-  });
-
-  it('remembers the file name of an upload, which the server does not', () => {
-    const report = { ...parse_report(scene_message(), ''), ...a_scene('c', 'mine.glb') };
-    const state = after(kInitialState, { type: 'scene_added', report }, { type: 'scenes', scenes: [a_scene('c', '')] });
-    expect(state.scene).toBe('c');
     expect(scene_name(state, 'c')).toBe('mine.glb');
     expect(scene_name(state, 'd'.repeat(64))).toBe('scene dddddddd');
   });
@@ -142,13 +136,12 @@ describe('the notice', () => {
 
 describe('environments', () => {
   const sky = { id: 'cd'.repeat(32), name: 'sky.hdr', width: 8, height: 4 };
-  const listed = { ...sky, name: '' };
 
-  it('are chosen once uploaded, and keep the name of their file', () => {
-    const state = after(kInitialState, { type: 'environment_added', environment: sky }, { type: 'environments', environments: [listed] });
+  it('are chosen once uploaded', () => {
+    const state = after(kInitialState, { type: 'environment_added', environment: sky }, { type: 'environments', environments: [sky] });
     expect(state).toMatchObject({ environment: sky.id, environments: [sky] });
     expect(environment_title(sky)).toBe('sky.hdr, 8 × 4');
-    expect(environment_title(listed)).toBe('map cdcdcdcd, 8 × 4');
+    expect(environment_title({ ...sky, name: '' })).toBe('map cdcdcdcd, 8 × 4');
   });
 
   it('are listed once though uploaded twice', () => {

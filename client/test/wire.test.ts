@@ -91,8 +91,8 @@ describe('the other messages', () => {
   });
 
   it('takes environments', () => {
-    const map = { id: 'cd'.repeat(32), media_type: 'image/x-exr', bytes: 9, width: 8, height: 4, warnings: [], created_at: '' };
-    expect(parse_environments({ environments: [map] }, '')).toEqual([{ id: map.id, name: '', width: 8, height: 4 }]);
+    const map = { id: 'cd'.repeat(32), name: 'sky.hdr', media_type: 'image/x-exr', bytes: 9, width: 8, height: 4, warnings: [], created_at: '' };
+    expect(parse_environments({ environments: [map] }, '')).toEqual([{ id: map.id, name: 'sky.hdr', width: 8, height: 4 }]);
     expect(pointer_of_failure(() => parse_environments({ environments: [{ ...map, width: '8' }] }, ''))).toBe('/environments/0/width');
   });
 

@@ -1,6 +1,7 @@
 #include "server/api/api.h"
 #include "server/api/json.h"
 #include "server/api/problem.h"
+#include "server/api/query.h"
 
 namespace photond {
 
@@ -8,6 +9,7 @@ namespace {
 
 Json environment_message(const EnvironmentRecord& environment) {
   return {{"id", to_hex(environment.id)},
+          {"name", environment.name},
           {"media_type", environment.media_type},
           {"bytes", environment.bytes},
           {"width", environment.width},
@@ -19,7 +21,9 @@ Json environment_message(const EnvironmentRecord& environment) {
 }  // namespace
 
 Response Api::post_environment(Request& request) {
-  const auto added = jobs_.environments().add(std::move(request.body), request.caller.owner(), request.stop);
+  const auto added =
+      jobs_.environments().add(std::move(request.body), text_parameter(request, "name").value_or(""),
+                               request.caller.owner(), request.stop);
   if (!added) return problem(added.error());
   return json_response(environment_message(added->environment), added->fresh ? 201 : 200);
 }

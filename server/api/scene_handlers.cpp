@@ -37,7 +37,8 @@ std::optional<SceneRecord> find_scene(const Store& store, const Request& request
 
 Response Api::post_scene(Request& request) {
   const Result<SceneLibrary::Added> added =
-      jobs_.scenes().add(std::move(request.body), request.content_type, request.caller.owner(), request.stop);
+      jobs_.scenes().add(std::move(request.body), request.content_type, text_parameter(request, "name").value_or(""),
+                         request.caller.owner(), request.stop);
   if (!added) return problem(added.error());
   const auto summary = jobs_.scenes().summary(added->scene.id, request.stop);
   if (!summary) return problem(summary.error());

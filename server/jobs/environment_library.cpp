@@ -17,17 +17,22 @@ std::string media_type_of(const std::vector<std::byte>& bytes) {
 
 }  // namespace
 
-Result<EnvironmentLibrary::Added> EnvironmentLibrary::add(std::vector<std::byte> bytes, const Owner& owner,
-                                                          std::stop_token stop) {
+Result<EnvironmentLibrary::Added> EnvironmentLibrary::add(std::vector<std::byte> bytes, const std::string& name,
+                                                          const Owner& owner, std::stop_token stop) {
   const Digest id = sha256(bytes);
-  const auto known = store_.find(id);
+  auto known = store_.find(id);
   if (!known) return known.error();
-  if (*known) return Added{**known, false};
+  if (*known) {
+    if (!(*known)->name.empty() || name.empty()) return Added{**known, false};
+    if (const Status named = store_.name(id, name); !named) return named.error();
+    (*known)->name = name;
+    return Added{**known, false};
+  }
   const auto decoded = decoded_.get_or_build(id, [&] { return decode(bytes, stop); }, stop);
   if (!decoded) return decoded.error();
   const EnvironmentMap& map = *decoded->value->map;
   EnvironmentRecord record{id,           media_type_of(bytes), bytes.size(), map.width(), map.height(),
-                           map.warnings, std::chrono::system_clock::now(), owner.key};
+                           map.warnings, std::chrono::system_clock::now(), owner.key, name};
   if (const Status room = room_.make_room(bytes.size()); !room) return room.error();
   if (const Status put = store_.put(record, bytes, owner.limits.bytes); !put) return put.error();
   return Added{std::move(record), true};

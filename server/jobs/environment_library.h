@@ -27,9 +27,9 @@ class EnvironmentLibrary {
     EnvironmentRecord environment;
     bool fresh = false;  ///< not known before
   };
-  /// Decodes and stores an upload; nothing is stored where that fails. Errors: those of read_environment and of the
-  /// store, limit_exceeded at "disk" (also of what the owner may have), cancelled.
-  Result<Added> add(std::vector<std::byte> bytes, const Owner& owner, std::stop_token stop);
+  /// Decodes and stores an upload; nothing is stored where that fails. `name` is as of a scene. Errors: those of
+  /// read_environment and of the store, limit_exceeded at "disk" (also of what the owner may have), cancelled.
+  Result<Added> add(std::vector<std::byte> bytes, const std::string& name, const Owner& owner, std::stop_token stop);
 
   /// Errors: io.
   Result<std::vector<EnvironmentRecord>> list() const { return store_.list(); }

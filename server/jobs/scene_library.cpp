@@ -100,9 +100,14 @@ Status SceneLibrary::add_samples(std::span<const std::filesystem::path> files) {
 }
 
 Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, const std::string& media_type,
-                                              const Owner& owner, std::stop_token stop) {
+                                              const std::string& name, const Owner& owner, std::stop_token stop) {
   const Digest id = sha256(bytes);
-  if (const auto known = store_.scene(id)) return Added{*known, false};
+  if (auto known = store_.scene(id)) {
+    if (!known->name.empty() || name.empty()) return Added{*known, false};
+    if (const Status named = store_.name_scene(id, name); !named) return named.error();
+    known->name = name;
+    return Added{*known, false};
+  }
   if (const Status room = room_.make_room(bytes.size()); !room) return room.error();
   const Blob blob = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
   const Execution execution = workers_.execution(stop);
@@ -112,7 +117,7 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
   auto described = summaries_.get_or_build(
       id, [&] { return summarize(scene->value, execution); }, stop);
   if (!described) return described.error();
-  SceneRecord record{id, "", true_type(*blob, media_type), blob->size(), false, std::chrono::system_clock::now(), owner.key};
+  SceneRecord record{id, name, true_type(*blob, media_type), blob->size(), false, std::chrono::system_clock::now(), owner.key};
   if (const Status put = store_.put_scene(record, *blob, owner.limits.bytes); !put) return put.error();
   return Added{record, true};
 }

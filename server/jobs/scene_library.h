@@ -50,10 +50,11 @@ class SceneLibrary {
     SceneRecord scene;
     bool fresh = false;  ///< not known before
   };
-  /// Parses, prepares and stores an upload; nothing is stored where that fails. Errors: those of read_gltf and
-  /// read_archive, limit_exceeded at "disk" (also of what the owner may have), unsupported for other media types, cancelled.
-  Result<Added> add(std::vector<std::byte> bytes, const std::string& media_type, const Owner& owner,
-                    std::stop_token stop);
+  /// Parses, prepares and stores an upload; nothing is stored where that fails. `name` is for people, and may be empty;
+  /// a scene that is known keeps the one it has. Errors: those of read_gltf and read_archive, limit_exceeded at "disk"
+  /// (also of what the owner may have), unsupported for other media types, cancelled.
+  Result<Added> add(std::vector<std::byte> bytes, const std::string& media_type, const std::string& name,
+                    const Owner& owner, std::stop_token stop);
 
   /// Errors: not_found, or why the scene cannot be used.
   Result<Summary> summary(const Digest& id, std::stop_token stop);

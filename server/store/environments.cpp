@@ -9,7 +9,8 @@ namespace photond {
 
 namespace {
 
-constexpr const char* kColumns = "SELECT id, media_type, bytes, width, height, warnings, created_ms, owner FROM environments";
+constexpr const char* kColumns =
+    "SELECT id, media_type, bytes, width, height, warnings, created_ms, owner, name FROM environments";
 
 std::int64_t milliseconds(WallTime time) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
@@ -41,6 +42,7 @@ Result<EnvironmentRecord> read_row(const Query& row) {
   record.warnings = divided(row.text(5));
   record.created = WallTime(std::chrono::milliseconds(row.integer(6)));
   record.owner = row.text(7);
+  record.name = row.text(8);
   return record;
 }
 
@@ -82,9 +84,10 @@ Status Environments::put(const EnvironmentRecord& r, const std::vector<std::byte
   const Status written = database_.write([&](Transaction& transaction) {
     if (const Status fits = check_uploads(transaction, r.owner, r.bytes, owner_bytes); !fits) return fits;
     return transaction.run(
-        "INSERT INTO environments (id, arrival, media_type, bytes, width, height, warnings, created_ms, owner) "
-        "SELECT ?, coalesce(max(arrival), 0) + 1, ?, ?, ?, ?, ?, ?, ? FROM environments",
-        key(r.id), r.media_type, r.bytes, r.width, r.height, joined(r.warnings), milliseconds(r.created), r.owner);
+        "INSERT INTO environments (id, arrival, media_type, bytes, width, height, warnings, created_ms, owner, "
+        "name) SELECT ?, coalesce(max(arrival), 0) + 1, ?, ?, ?, ?, ?, ?, ?, ? FROM environments",
+        key(r.id), r.media_type, r.bytes, r.width, r.height, joined(r.warnings), milliseconds(r.created), r.owner,
+        r.name);
   });
   if (!written) (void)files_->remove(r.id).ok();  // else the next start sweeps it
   return written;
@@ -119,6 +122,12 @@ Result<Blob> Environments::bytes(const Digest& id) {
   if (bytes || bytes.error().code != ErrorCode::not_found) return bytes;
   if (const Status removed = remove(id); !removed) return removed.error();
   return Error{ErrorCode::not_found, "there is no environment " + to_hex(id), ""};
+}
+
+Status Environments::name(const Digest& id, const std::string& name) {
+  return database_.write([&](Transaction& transaction) {
+    return transaction.run("UPDATE environments SET name = ? WHERE id = ? AND name = ''", name, key(id));
+  });
 }
 
 Status Environments::remove(const Digest& id) {

@@ -23,6 +23,7 @@ struct EnvironmentRecord {
   std::vector<std::string> warnings;
   WallTime created{};
   std::string owner{};  ///< id of the API key that uploaded it first; empty: none was needed
+  std::string name{};   ///< what people call it; may be empty
 };
 
 /// The environment maps that the service keeps: files, and rows of the database that say which there are.
@@ -42,6 +43,8 @@ class Environments {
   Result<std::vector<EnvironmentRecord>> list() const;
   /// Errors: not_found, where there is none or its file was damaged: then it is gone and may be added again.
   Result<Blob> bytes(const Digest& id);
+  /// Names one that has no name. Errors: io.
+  Status name(const Digest& id, const std::string& name);
   /// Removing what is not there is no error.
   Status remove(const Digest& id);
 

@@ -24,7 +24,7 @@ using Blob = std::shared_ptr<const std::vector<std::byte>>;
 /// One uploaded or shipped scene file; its id is the SHA-256 of the bytes.
 struct SceneRecord {
   Digest id;
-  std::string name;        ///< a sample's file stem, else empty
+  std::string name;        ///< a sample's file stem, or what its uploader calls it; may be empty
   std::string media_type;  ///< model/gltf-binary, model/gltf+json or application/zip
   std::uint64_t bytes = 0;
   bool sample = false;  ///< shipped with the server: cannot be deleted

@@ -101,6 +101,9 @@ ALTER TABLE scenes ADD COLUMN owner TEXT NOT NULL DEFAULT '';  -- API key id, or
     Migration{R"(
 ALTER TABLE environments ADD COLUMN owner TEXT NOT NULL DEFAULT '';  -- as of scenes
 )"},
+    Migration{R"(
+ALTER TABLE environments ADD COLUMN name TEXT NOT NULL DEFAULT '';  -- as of scenes
+)"},
 };
 
 }  // namespace

@@ -206,6 +206,19 @@ std::vector<SceneRecord> Store::scenes() const {
   return ordered;
 }
 
+Status Store::name_scene(const Digest& id, const std::string& name) {
+  const std::lock_guard lock(writing_);
+  const Status written = database_.write([&](Transaction& transaction) {
+    return transaction.run("UPDATE scenes SET name = ? WHERE id = ? AND name = ''", name,
+                           std::as_bytes(std::span(id.bytes)));
+  });
+  if (!written) return written;
+  const std::unique_lock copy(copy_);
+  const auto scene = scenes_.find(id);
+  if (scene != scenes_.end() && scene->second.name.empty()) scene->second.name = name;
+  return Done{};
+}
+
 Status Store::remove_scene(const Digest& id) {
   const std::lock_guard lock(writing_);
   const Status written = database_.write([&](Transaction& transaction) {

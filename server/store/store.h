@@ -42,6 +42,8 @@ class Store {
   std::vector<SceneRecord> scenes() const;
   /// Removing what is not there is no error.
   Status remove_scene(const Digest& id);
+  /// Names a scene that has no name. Errors: io.
+  Status name_scene(const Digest& id, const std::string& name);
   const Blobs& scene_files() const { return *files_; }
 
   /// Stores a new job, gives it its sequence number, and appends the event. Returns the event with its id. `also`

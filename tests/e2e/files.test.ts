@@ -25,6 +25,12 @@ afterAll(async () => {
 beforeEach(async () => void ({ page } = await open_page(context, photond.url)));
 afterEach(() => page.close());
 
+/** An even picture of the surroundings, 8 × 4, with a comment that makes it a file of its own. */
+function a_sky(comment: string): Buffer {
+  const head = `#?RADIANCE\n# ${comment}\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n`;
+  return Buffer.concat([Buffer.from(head), Buffer.from('80808081'.repeat(8 * 4), 'hex')]);
+}
+
 const kRefused = '#upload-status[data-failed="true"]';
 
 describe('a file', () => {
@@ -45,6 +51,20 @@ describe('a file', () => {
     expect(file.suggestedFilename()).toBe(`Küche_台所_v2-${job}.png`);
   });
 
+  it('gives its name to what was uploaded, for everybody and from then on', async () => {
+    const [scene, sky] = [with_generator(a_sample(), 'to be named'), a_sky('named')];
+    const titles = (list: string) => page.locator(`${list} option`).allTextContents();
+    for (const name of ['first', 'second']) {
+      await drop(page, { name: `${name}.glb`, bytes: scene }, { name: `${name}.hdr`, bytes: sky });
+      await page.locator('#upload-status', { hasText: `${name}.glb is ready` }).waitFor();
+      await page.locator('#environment-status', { hasText: `${name}.hdr is ready` }).waitFor();
+    }
+    expect(await page.textContent('#upload-status')).toBe('second.glb is ready; it is known as first.glb.');
+    await page.reload();
+    await expect.poll(() => titles('#scene')).toContain('first.glb');
+    await expect.poll(() => titles('#environment')).toContain('first.hdr, 8 × 4');
+  });
+
   it('that cannot be read is not blamed on the server', async () => {
     const folder = mkdtempSync(join(tmpdir(), 'photond-e2e-folder-'));
     try {
@@ -57,9 +77,7 @@ describe('a file', () => {
   });
 
   it('of a scene and one of its surroundings are taken at once', async () => {
-    const pixels = Buffer.from('80808081'.repeat(8 * 4), 'hex');
-    const sky = Buffer.concat([Buffer.from('#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n'), pixels]);
-    await drop(page, { name: 'sky.hdr', bytes: sky }, { name: 'room.glb', bytes: with_generator(a_sample(), 'two') });
+    await drop(page, { name: 'sky.hdr', bytes: a_sky('both') }, { name: 'room.glb', bytes: with_generator(a_sample(), 'two') });
     await page.getByText('sky.hdr is ready').waitFor();
     await page.getByText('room.glb is ready').waitFor();
   });

@@ -18,7 +18,7 @@ class RunJobTest : public ::testing::Test {
   void SetUp() override {
     const std::string glb = test::small_glb();
     const auto bytes = std::as_bytes(std::span(glb));
-    const auto added = scenes_.add({bytes.begin(), bytes.end()}, "model/gltf-binary", {}, {});
+    const auto added = scenes_.add({bytes.begin(), bytes.end()}, "model/gltf-binary", "", {}, {});
     ASSERT_TRUE(added.ok()) << added.error().message;
     scene_ = added->scene.id;
   }

@@ -64,6 +64,18 @@ TEST_F(EnvironmentsTest, AreNamedByTheirContentAndKept) {
   EXPECT_TRUE(list().empty());
 }
 
+TEST_F(EnvironmentsTest, KeepTheFirstNameTheyGet) {
+  const std::string sky = even_sky(1);
+  const auto name_after = [&](const std::string& query) {
+    return json::parse(request(port_, "POST", "/v1/environments" + query, sky, "image/x-exr").body)["name"];
+  };
+  EXPECT_EQ(name_after(""), "");
+  EXPECT_EQ(name_after("?name=dusk.exr"), "dusk.exr");
+  EXPECT_EQ(name_after("?name=dawn.exr"), "dusk.exr");
+  restart();
+  EXPECT_EQ(list()[0]["name"], "dusk.exr");
+}
+
 TEST_F(EnvironmentsTest, ReadsHdrWhateverTheTypeSays) {
   const std::string hdr = std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n") + "\x80\x80\x80\x81\x80\x80\x80\x81";
   const Reply reply = request(port_, "POST", "/v1/environments", hdr, "application/octet-stream");

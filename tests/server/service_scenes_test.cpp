@@ -42,6 +42,23 @@ TEST_F(ServiceTest, AnUploadIsReportedAndNamedByItsContent) {
   EXPECT_EQ(request(port_, "DELETE", self).status, 404);
 }
 
+TEST_F(ServiceTest, ASceneKeepsTheFirstNameItGets) {
+  const std::string glb = small_glb();
+  const auto upload = [&](const std::string& query) {
+    const Reply reply = request(port_, "POST", "/v1/scenes" + query, glb, "model/gltf-binary");
+    EXPECT_LT(reply.status, 300) << reply.body;
+    return json::parse(reply.body);
+  };
+  EXPECT_EQ(upload("")["name"], "");
+  const json named = upload("?name=K%C3%BCche%20%231.glb");
+  EXPECT_EQ(named["name"], "Küche #1.glb");
+  EXPECT_EQ(upload("?name=other.glb")["name"], "Küche #1.glb");
+  restart();
+  EXPECT_EQ(json::parse(get(port_, "/v1/scenes").body)["scenes"][0]["name"], "Küche #1.glb");
+  EXPECT_EQ(json::parse(get(port_, named["urls"]["self"]).body)["name"], "Küche #1.glb");
+  EXPECT_EQ(request(port_, "POST", "/v1/scenes?name=" + std::string(201, 'x'), glb, "model/gltf-binary").status, 400);
+}
+
 TEST_F(ServiceTest, AGlbIsOneWhateverItIsSentAs) {
   const std::string glb = small_glb();
   const json scene = json::parse(request(port_, "POST", "/v1/scenes", glb, "model/gltf+json").body);
