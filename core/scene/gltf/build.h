@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,10 +30,13 @@ struct Build {
   std::map<int, std::uint32_t> images = {};                     ///< glTF image → Scene::images
   std::map<std::pair<int, bool>, std::uint32_t> textures = {};  ///< glTF texture, sRGB → Scene::textures
   std::map<std::pair<int, std::vector<double>>, std::vector<std::uint32_t>> meshes = {};
+  std::set<std::string> camera_names = {};
+  std::size_t next_camera = 0;         ///< no camera of a lower number can have its name from that
   std::int64_t default_material = -1;  ///< Scene::materials, once it is needed
   std::uint64_t texture_pixels = 0;
-  std::uint64_t vertices = 0;
+  std::uint64_t vertices = 0;         ///< read, those of morph targets, too
   std::uint64_t triangles = 0;
+  std::uint64_t places = 0;            ///< of EXT_mesh_gpu_instancing, whether a mesh stands there or not
   std::uint64_t placed_triangles = 0;  ///< of all instances
   std::uint64_t emitters = 0;          ///< those among them that emit light
   std::uint64_t degenerate = 0;       ///< triangles dropped

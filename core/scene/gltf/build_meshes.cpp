@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -81,12 +82,13 @@ Error too_large(const char* what, const std::string& where) {
   return {ErrorCode::limit_exceeded, std::string("the file has too many ") + what, where};
 }
 
-/// Counts against the limits before anything is read.
+/// Counts against the limits before anything is read: every morph target that is added in as the vertices themselves.
 Status account(Build& build, const tinygltf::Primitive& primitive, std::size_t vertices,
-               const std::string& where) {
+               const std::vector<double>& weights, const std::string& where) {
   const std::size_t corners =
       primitive.indices >= 0 ? build.model.accessors[primitive.indices].count : vertices;
-  build.vertices += vertices;
+  const auto morphs = static_cast<std::size_t>(std::ranges::count_if(weights, [](double weight) { return weight != 0; }));
+  build.vertices += vertices * (1 + std::min(morphs, primitive.targets.size()));
   build.triangles += primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners;
   if (build.vertices > build.limits.max_vertices) return too_large("vertices", where);
   if (build.triangles > build.limits.max_triangles) return too_large("triangles", where);
@@ -123,7 +125,7 @@ Result<std::optional<Mesh>> build_primitive(Build& build, const tinygltf::Primit
     return std::optional<Mesh>();
   }
   const std::size_t vertices = build.model.accessors[position->second].count;
-  if (Status s = account(build, primitive, vertices, where); !s) return s.error();
+  if (Status s = account(build, primitive, vertices, weights, where); !s) return s.error();
   Mesh mesh;
   if (Status s = read_attributes(mesh, build, primitive, weights); !s) return s.error();
   if (clamp_colors(mesh)) build.warnings.add("COLOR_0 is cut to between 0 and 1", where);

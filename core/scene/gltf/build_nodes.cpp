@@ -15,15 +15,14 @@ std::string name_or(const std::string& first, const std::string& second, const s
   return !second.empty() ? second : last;
 }
 
-bool has_camera(const Scene& scene, const std::string& name) {
-  return std::ranges::any_of(scene.cameras, [&](const Camera& camera) { return camera.name == name; });
-}
-
-std::string free_camera_name(const Scene& scene) {
-  for (std::size_t i = scene.cameras.size();; ++i) {
-    std::string name = "camera " + std::to_string(i);
-    if (!has_camera(scene, name)) return name;
+/// `wanted`, or a name by number where that is empty or another camera's.
+std::string camera_name(Build& build, const std::string& wanted) {
+  std::string name = wanted;
+  build.next_camera = std::max(build.next_camera, build.scene.cameras.size());
+  while (name.empty() || !build.camera_names.insert(name).second) {
+    name = "camera " + std::to_string(build.next_camera++);
   }
+  return name;
 }
 
 Status add_camera(Build& build, const tinygltf::Node& node, const glm::dmat4& to_world,
@@ -35,8 +34,7 @@ Status add_camera(Build& build, const tinygltf::Node& node, const glm::dmat4& to
     build.warnings.add("transform leaves the camera no direction: it is left out", where);
     return Done{};
   }
-  Camera camera{.name = name_or(from.name, node.name, ""), .to_world = **frame};
-  if (camera.name.empty() || has_camera(build.scene, camera.name)) camera.name = free_camera_name(build.scene);
+  Camera camera{.name = camera_name(build, name_or(from.name, node.name, "")), .to_world = **frame};
   camera.orthographic = from.type == "orthographic";
   if (camera.orthographic) {
     const double ymag = std::abs(from.orthographic.ymag);
@@ -138,7 +136,8 @@ Status add_gpu_instances(Build& build, const tinygltf::Value* attributes,
   for (const std::string& name : attributes->Keys()) {
     count = build.model.accessors[static_cast<int>(number(attributes, name.c_str(), 0))].count;
   }
-  if (count * meshes.size() > build.limits.max_instances) {
+  build.places += count;
+  if (build.places > build.limits.max_instances) {
     return Error{ErrorCode::limit_exceeded, "the file has too many instances", where};
   }
   const auto translation = instance_attribute(build, attributes, "TRANSLATION", count, Vec3(0));

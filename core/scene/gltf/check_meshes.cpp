@@ -1,4 +1,6 @@
+#include <map>
 #include <string_view>
+#include <utility>
 
 #include "core/scene/gltf/accessor.h"
 #include "core/scene/gltf/check.h"
@@ -31,9 +33,11 @@ bool attribute_type_allowed(std::string_view name, const tinygltf::Accessor& acc
   return true;
 }
 
+/// Sizes of elements by the view without byteStride and the place in it where they begin.
+using PackedElements = std::map<std::pair<int, std::size_t>, std::size_t>;
+
 /// Vertex data is aligned to 4 bytes, and says its stride where several attributes share a view.
-Status check_layout(const tinygltf::Model& model, const tinygltf::Primitive& primitive, int accessor_index,
-                    const std::string& where) {
+Status check_layout(const tinygltf::Model& model, int accessor_index, PackedElements& packed, const std::string& where) {
   const tinygltf::Accessor& accessor = model.accessors[accessor_index];
   if (accessor.bufferView < 0) return Done{};
   const std::size_t stride = model.bufferViews[accessor.bufferView].byteStride;
@@ -41,12 +45,10 @@ Status check_layout(const tinygltf::Model& model, const tinygltf::Primitive& pri
   if (accessor.byteOffset % 4 != 0 || (accessor.count > 1 && effective % 4 != 0)) {
     return invalid_input("vertex attribute is not aligned to 4 bytes", where);
   }
-  for (const auto& [name, other] : primitive.attributes) {
-    const tinygltf::Accessor& b = model.accessors[other];
-    const bool same_bytes = b.bufferView == accessor.bufferView && b.byteOffset == accessor.byteOffset;
-    if (stride == 0 && same_bytes && element_size(b) != element_size(accessor)) {
-      return invalid_input("attributes share a buffer view without byteStride", where);
-    }
+  if (stride != 0) return Done{};
+  const auto [found, first] = packed.try_emplace({accessor.bufferView, accessor.byteOffset}, element_size(accessor));
+  if (!first && found->second != element_size(accessor)) {
+    return invalid_input("attributes share a buffer view without byteStride", where);
   }
   return Done{};
 }
@@ -58,6 +60,7 @@ Status check_attributes(const tinygltf::Model& model, const tinygltf::Primitive&
     if (Status s = check_index(index, model.accessors.size(), attribute_where); !s) return s;
   }
   const auto position = primitive.attributes.find("POSITION");
+  PackedElements packed;
   for (const auto& [name, index] : primitive.attributes) {
     const std::string attribute_where = where + ".attributes." + name.substr(0, 40);
     const tinygltf::Accessor& accessor = model.accessors[index];
@@ -67,7 +70,7 @@ Status check_attributes(const tinygltf::Model& model, const tinygltf::Primitive&
     if (position != primitive.attributes.end() && accessor.count != model.accessors[position->second].count) {
       return invalid_input("attributes have different counts", attribute_where);
     }
-    if (Status s = check_layout(model, primitive, index, attribute_where); !s) return s;
+    if (Status s = check_layout(model, index, packed, attribute_where); !s) return s;
   }
   return Done{};
 }
