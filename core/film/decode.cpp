@@ -42,6 +42,18 @@ Status check_size(const OIIO::ImageSpec& spec, const DecodeLimits& limits) {
   return Done{};
 }
 
+/// Each scan of a JPEG goes through all its pixels, and some hundred bytes are enough for one. Real files have ten or so.
+/// Counts the marker wherever it is: between the scans' own bytes it is nothing else, in metadata it is rare.
+Status check_scans(std::span<const std::byte> jpeg) {
+  constexpr int kMostScans = 128;
+  int scans = 0;
+  for (std::size_t i = 0; i + 1 < jpeg.size(); ++i) {
+    if (jpeg[i] == std::byte{0xFF} && jpeg[i + 1] == std::byte{0xDA}) ++scans;
+  }
+  if (scans <= kMostScans) return Done{};
+  return Error{ErrorCode::limit_exceeded, "image is a JPEG of more than " + std::to_string(kMostScans) + " scans", {}};
+}
+
 /// Spreads `channels` values per pixel to RGBA in place: grey is repeated, missing alpha is opaque.
 template <class T>
 void widen_to_rgba(std::vector<T>& values, std::size_t pixels, int channels) {
@@ -104,6 +116,9 @@ Result<DecodedPixels> decode_named(const std::string& name, std::span<const std:
 Result<DecodedPixels> decode_pixels(std::span<const std::byte> bytes, const DecodeLimits& limits) {
   const std::string name = format_name(bytes);
   if (name.empty()) return Error{ErrorCode::unsupported, "image is neither PNG, JPEG nor WebP", {}};
+  if (name == "memory.jpg") {
+    if (Status status = check_scans(bytes); !status) return status.error();
+  }
   if (name != "memory.png") return decode_named(name, bytes, limits);
   const Result<std::vector<std::byte>> png = keep_pixel_chunks(bytes);
   return png ? decode_named(name, *png, limits) : Result<DecodedPixels>(png.error());
