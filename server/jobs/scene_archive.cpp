@@ -29,7 +29,7 @@ Result<ZipHandle> open_archive(std::span<const std::byte> bytes) {
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
-  zip_t* archive = source ? zip_open_from_source(source, ZIP_RDONLY | ZIP_CHECKCONS, &error) : nullptr;
+  zip_t* archive = source ? zip_open_from_source(source, ZIP_RDONLY, &error) : nullptr;
   if (archive == nullptr && source != nullptr) zip_source_free(source);
   const std::string reason = zip_error_strerror(&error);
   zip_error_fini(&error);
@@ -75,6 +75,9 @@ Result<std::vector<std::byte>> unpack(zip_t* archive, const zip_stat_t& entry) {
     return invalid_input("a zip entry is longer than stated", entry.name);
   return bytes;
 }
+
+/// What macOS packs beside the files: "__MACOSX/model/._scene.gltf" holds attributes of "model/scene.gltf".
+bool is_companion(const std::string& name) { return name.starts_with("__MACOSX/"); }
 
 Status choose_root(SceneArchive& archive) {
   for (const auto& [name, bytes] : archive.files) {
@@ -124,7 +127,7 @@ Result<SceneArchive> read_archive(std::span<const std::byte> zip, const ArchiveL
       return invalid_input("damaged zip");
     if (const Status fine = check_entry(entry, total, limits); !fine) return fine.error();
     const std::string name = entry.name;
-    if (name.back() == '/') continue;
+    if (name.back() == '/' || is_companion(name)) continue;
     Result<std::vector<std::byte>> bytes = unpack(archive, entry);
     if (!bytes) return bytes.error();
     total += bytes->size();

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <zip.h>
 
+#include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -62,6 +64,28 @@ TEST(SceneArchive, RefusesWhatIsNotOneScene) {
   EXPECT_EQ(refusal({{"../a.gltf", "{}"}}), ErrorCode::invalid_input);
   EXPECT_EQ(refusal({{"/a.gltf", "{}"}}), ErrorCode::invalid_input);
   EXPECT_EQ(refusal({{"b\\a.gltf", "{}"}}), ErrorCode::invalid_input);
+}
+
+TEST(SceneArchive, LeavesOutWhatMacOsPacksBesideTheFiles) {
+  const auto archive = read_archive(make_zip({{"a/s.gltf", "{}"}, {"__MACOSX/a/._s.gltf", "attributes"}}));
+  ASSERT_TRUE(archive.ok()) << archive.error().message;
+  EXPECT_EQ(archive->root, "a/s.gltf");
+  EXPECT_EQ(archive->files.size(), 1u);
+}
+
+// `zip -r - folder | curl …` does not go back to write sums and packed sizes, but the unpacked ones, which it knows.
+TEST(SceneArchive, ReadsWhatWasPackedIntoAPipe) {
+  constexpr std::byte kSizesFollow{8};
+  std::vector<std::byte> zip = make_zip({{"a/s.gltf", "{}"}});
+  constexpr std::byte kCentral[] = {std::byte{'P'}, std::byte{'K'}, std::byte{1}, std::byte{2}};
+  const auto central = std::search(zip.begin(), zip.end(), std::begin(kCentral), std::end(kCentral));
+  central[8] |= kSizesFollow;
+  zip[6] |= kSizesFollow;
+  std::fill_n(zip.begin() + 14, 8, std::byte{0});
+  const auto archive = read_archive(zip);
+  ASSERT_TRUE(archive.ok()) << archive.error().message;
+  EXPECT_EQ(archive->root, "a/s.gltf");
+  EXPECT_EQ(archive->root_bytes().size(), 2u);
 }
 
 TEST(SceneArchive, RefusesBombs) {
