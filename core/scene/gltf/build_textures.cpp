@@ -17,9 +17,9 @@ Result<std::vector<std::byte>> external_bytes(Build& build, const tinygltf::Imag
     return std::vector<std::byte>(first, first + image.image.size());
   }
   if (is_data_uri(image.uri)) return decode_data_uri(image.uri, where);
-  Result<std::string> decoded = percent_decode(image.uri, where);
+  const Result<std::string> decoded = percent_decode(image.uri, where);
   if (!decoded) return decoded.error();
-  Result<std::string> path = check_relative_path(std::move(*decoded), where);
+  const Result<std::string> path = check_relative_path(*decoded, where);
   if (!path) return path.error();
   return build.resources(*path);
 }

@@ -33,9 +33,9 @@ Result<std::vector<std::byte>> buffer_bytes(const std::string& uri, const Resour
     }
     return decode_data_uri(uri, where);
   }
-  Result<std::string> decoded = percent_decode(uri, where);
+  const Result<std::string> decoded = percent_decode(uri, where);
   if (!decoded) return decoded.error();
-  const Result<std::string> path = check_relative_path(std::move(*decoded), where);
+  const Result<std::string> path = check_relative_path(*decoded, where);
   if (!path) return path.error();
   Result<std::vector<std::byte>> bytes = resources(*path);
   return bytes ? std::move(bytes) : Error{bytes.error().code, bytes.error().message, where};

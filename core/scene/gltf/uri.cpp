@@ -2,16 +2,20 @@
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 
 namespace photond::gltf {
 namespace {
 
-bool has_bad_segment(std::string_view path) {
+/// `path` without segments that are "."; nothing where one is empty or "..".
+std::optional<std::string> plain_path(std::string_view path) {
+  std::string out;
   while (true) {
     const std::size_t slash = path.find('/');
     const std::string_view segment = path.substr(0, slash);
-    if (segment.empty() || segment == "..") return true;
-    if (slash == std::string_view::npos) return false;
+    if (segment.empty() || segment == "..") return std::nullopt;
+    if (segment != ".") out.append(out.empty() ? "" : "/").append(segment);
+    if (slash == std::string_view::npos) return out;
     path.remove_prefix(slash + 1);
   }
 }
@@ -68,13 +72,14 @@ Result<std::string> percent_decode(std::string_view uri, const std::string& wher
   return out;
 }
 
-Result<std::string> check_relative_path(std::string path, const std::string& where) {
+Result<std::string> check_relative_path(std::string_view path, const std::string& where) {
   const bool control = std::any_of(path.begin(), path.end(),
                                    [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
-  if (path.empty() || control || path.find_first_of("\\:") != std::string::npos || has_bad_segment(path)) {
+  std::optional<std::string> plain = plain_path(path);
+  if (!plain || plain->empty() || control || path.find_first_of("\\:") != std::string_view::npos) {
     return invalid_input("URI is not a plain relative path inside the upload", where);
   }
-  return path;
+  return *std::move(plain);
 }
 
 }  // namespace photond::gltf

@@ -298,7 +298,7 @@ TEST(Gltf, NamesCamerasAndMakesTheirFramesRigid) {
 TEST(Gltf, ReadsResourcesOfAJsonFileByCleanPath) {
   GlbDraft draft;
   json document = draft.json;
-  document["buffers"] = json::array({{{"byteLength", draft.bin.size()}, {"uri", "a%20b/data.bin"}}});
+  document["buffers"] = json::array({{{"byteLength", draft.bin.size()}, {"uri", "./a%20b/./data.bin"}}});
   std::string asked;
   const ResourceReader reader = [&](const std::string& path) -> Result<std::vector<std::byte>> {
     asked = path;
