@@ -4,6 +4,7 @@
 
 #include "core/scene/gltf/accessor.h"
 #include "core/scene/gltf/check.h"
+#include "core/scene/gltf/extensions.h"
 #include "core/scene/gltf/value.h"
 
 namespace photond::gltf {
@@ -119,7 +120,7 @@ Status check_primitive(const tinygltf::Model& model, const tinygltf::Primitive& 
   const bool compressed = extension(primitive.extensions, "KHR_draco_mesh_compression") != nullptr;
   if (compressed && position != primitive.attributes.end() &&
       model.accessors[position->second].bufferView < 0) {
-    return Error{ErrorCode::unsupported, "KHR_draco_mesh_compression is not supported", where};
+    return draco_unsupported(where);
   }
   return Done{};
 }

@@ -28,4 +28,8 @@ Status check_required_extensions(const std::vector<std::string>& required) {
   return Done{};
 }
 
+Error draco_unsupported(const std::string& where) {
+  return {ErrorCode::unsupported, "KHR_draco_mesh_compression is not supported", where};
+}
+
 }  // namespace photond::gltf

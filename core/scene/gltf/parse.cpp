@@ -9,6 +9,7 @@
 #include "core/scene/gltf/json_scan.h"
 #include "core/scene/gltf/schema.h"
 #include "core/scene/gltf/uri.h"
+#include "core/scene/gltf/value.h"
 
 namespace photond::gltf {
 namespace {
@@ -121,9 +122,27 @@ Status check_buffers(const std::vector<BufferDeclaration>& buffers, const Contai
   return Done{};
 }
 
-/// Where tinygltf gave up: the first element it did not load, in its order of reading. It checks the indices of
-/// all meshes before the nodes and materials, of which none can fail.
+/// The indices that tinygltf refuses a file for once it has loaded the meshes: those whose accessor has no buffer view.
+std::optional<Error> indices_without_data(const tinygltf::Model& model) {
+  for (std::size_t m = 0; m < model.meshes.size(); ++m) {
+    for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
+      const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
+      if (primitive.indices < 0) continue;
+      const std::string where = place("meshes", m) + "." + place("primitives", p);
+      if (Status s = check_index(primitive.indices, model.accessors.size(), where + ".indices"); !s) return s.error();
+      const int view = model.accessors[primitive.indices].bufferView;
+      if (view >= 0 && static_cast<std::size_t>(view) < model.bufferViews.size()) continue;
+      if (extension(primitive.extensions, "KHR_draco_mesh_compression")) return draco_unsupported(where);
+      return invalid_input("the accessor has no buffer view that exists", where + ".indices");
+    }
+  }
+  return std::nullopt;
+}
+
+/// Where tinygltf gave up: the first element it did not load, in its order of reading; the lights come last, after all
+/// extensions.
 std::string failing_place(const tinygltf::Model& model, const JsonScan& scan) {
+  if (!model.extensions.empty()) return "extensions.KHR_lights_punctual." + place("lights", model.lights.size());
   const auto declared = [&scan](std::string_view section) {
     const auto found = scan.counts.find(section);
     return found != scan.counts.end() ? found->second : 0;
@@ -136,10 +155,9 @@ std::string failing_place(const tinygltf::Model& model, const JsonScan& scan) {
       {"animations", model.animations.size()}, {"skins", model.skins.size()},
       {"samplers", model.samplers.size()},     {"cameras", model.cameras.size()}};
   for (const auto& [section, loaded] : sections) {
-    if (loaded >= declared(section)) continue;
-    return section == "nodes" || section == "materials" ? "meshes" : place(section, loaded);
+    if (loaded < declared(section)) return place(section, loaded);
   }
-  return "meshes";
+  return {};
 }
 
 Status run_tinygltf(std::span<const std::byte> bytes, const Container& container, LoadState& state,
@@ -155,6 +173,7 @@ Status run_tinygltf(std::span<const std::byte> bytes, const Container& container
                        : loader.LoadASCIIFromString(&model, &error, &warning, container.json.data(), size, "");
   if (loaded) return Done{};
   if (state.error) return *state.error;
+  if (const auto missing = indices_without_data(model)) return *missing;
   while (!error.empty() && (error.back() == '\n' || error.back() == '.')) error.pop_back();
   if (error.size() > 300) error.resize(300);
   return invalid_input(error.empty() ? "cannot be parsed" : error, failing_place(model, state.scan));

@@ -135,16 +135,25 @@ TEST(GltfRefusals, SaysThatAFileIsNoGltf) {
   }
 }
 
-TEST(GltfRefusals, NamesTheMeshesWhoseAccessorHasNoData) {
+TEST(GltfRefusals, NamesTheIndicesWhoseAccessorHasNoData) {
   GlbDraft draft;
   draft.json["accessors"].push_back({{"componentType", kUnsignedInt}, {"count", 3}, {"type", "SCALAR"}});
-  primitive(draft)["indices"] = 1;
   draft.json["materials"] = json::array({json::object()});
-  EXPECT_EQ(refusal(draft).where, "meshes");
-  draft.json["nodes"] = json::array();
-  draft.json["scenes"] = json::array();
-  draft.json.erase("scene");
-  EXPECT_EQ(refusal(draft).where, "meshes") << "without nodes";
+  json& primitives = draft.json["meshes"][0]["primitives"];
+  primitives.push_back(primitives[0]);
+  primitives[1]["indices"] = 1;
+  EXPECT_EQ(refusal(draft).where, "meshes[0].primitives[1].indices");
+  primitives[1]["extensions"]["KHR_draco_mesh_compression"] = json::object();
+  EXPECT_THAT(refusal(draft).message, HasSubstr("KHR_draco_mesh_compression"));
+  EXPECT_EQ(refusal(draft).where, "meshes[0].primitives[1]");
+  primitives[1]["indices"] = 2;
+  EXPECT_EQ(refusal(draft).where, "meshes[0].primitives[1].indices") << "no such accessor";
+}
+
+TEST(GltfRefusals, NamesTheLightWithoutItsCone) {
+  GlbDraft draft;
+  draft.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}, {{"type", "spot"}}};
+  EXPECT_EQ(refusal(draft).where, "extensions.KHR_lights_punctual.lights[1]");
 }
 
 TEST(GltfRefusals, KeepsThePlaceOfDeepMistakesShort) {
