@@ -70,9 +70,11 @@ Status check_lights(const tinygltf::Model& model) {
       return invalid_input("light type \"" + light.type.substr(0, 40) + "\" is unknown", where + ".type");
     }
     const auto& spot = light.spot;
-    const bool cone = spot.innerConeAngle < spot.outerConeAngle && spot.outerConeAngle <= 1.5707964;
+    // glTF wants inner < outer, but exporters write equal ones for a spot with a hard edge.
+    const bool cone =
+        spot.innerConeAngle <= spot.outerConeAngle && spot.outerConeAngle > 0 && spot.outerConeAngle <= 1.5707964;
     if (light.type == "spot" && !cone) {
-      return invalid_input("cone angles must satisfy inner < outer <= pi/2", where + ".spot");
+      return invalid_input("cone angles must satisfy inner <= outer <= pi/2, and outer > 0", where + ".spot");
     }
   }
   return Done{};

@@ -10,9 +10,11 @@ constexpr double kMaxSize = 9'007'199'254'740'992.0;  // 2^53
 
 constexpr Schema kBoolean{.kind = Kind::boolean};
 constexpr Schema kString{.kind = Kind::string};
-constexpr Schema kNumber{.kind = Kind::number, .narrow_integers = true};
+constexpr Schema kNumber{.kind = Kind::number};
 constexpr Schema kUnit{.kind = Kind::number, .min = 0, .max = 1};
-constexpr Schema kNonNegative{.kind = Kind::number, .min = 0, .narrow_integers = true};
+constexpr Schema kNonNegative{.kind = Kind::number, .min = 0};
+constexpr Schema kExtensionNumber{.kind = Kind::number, .narrow_integers = true};
+constexpr Schema kExtensionNonNegative{.kind = Kind::number, .min = 0, .narrow_integers = true};
 constexpr Schema kIndex{.kind = Kind::integer, .min = 0, .max = kMaxIndex};
 constexpr Schema kSize{.kind = Kind::integer, .min = 0, .max = kMaxSize};
 constexpr Schema kLength{.kind = Kind::integer, .min = 1, .max = kMaxSize};
@@ -30,9 +32,9 @@ constexpr Schema numbers(std::size_t n, const Schema& item = kNumber) {
 constexpr Schema object(std::span<const Field> fields) { return {.kind = Kind::object, .fields = fields}; }
 constexpr Schema list(const Schema& item) { return {.kind = Kind::array, .items = &item}; }
 
-constexpr Schema kVec2 = numbers(2), kVec3 = numbers(3), kVec4 = numbers(4), kMatrix = numbers(16);
+constexpr Schema kExtensionVec2 = numbers(2, kExtensionNumber), kVec3 = numbers(3), kVec4 = numbers(4), kMatrix = numbers(16);
 constexpr Schema kUnitVec3 = numbers(3, kUnit), kUnitVec4 = numbers(4, kUnit);
-constexpr Schema kColor3 = numbers(3, kNonNegative);
+constexpr Schema kColor3 = numbers(3, kNonNegative), kExtensionColor3 = numbers(3, kExtensionNonNegative);
 
 // asset, buffers, views, accessors
 constexpr Field kAssetFields[] = {{"version", &kString, true},
@@ -87,7 +89,7 @@ constexpr Schema kTexture = object(kTextureFields);
 
 // materials
 constexpr Field kTransformFields[] = {
-    {"offset", &kVec2}, {"scale", &kVec2}, {"rotation", &kNumber}, {"texCoord", &kIndex}};
+    {"offset", &kExtensionVec2}, {"scale", &kExtensionVec2}, {"rotation", &kExtensionNumber}, {"texCoord", &kIndex}};
 constexpr Schema kTransform = object(kTransformFields);
 constexpr Field kInfoExtensionFields[] = {{"KHR_texture_transform", &kTransform}};
 constexpr Schema kInfoExtensions = object(kInfoExtensionFields);
@@ -103,20 +105,20 @@ constexpr Field kPbrFields[] = {{"baseColorFactor", &kUnitVec4},
                                 {"roughnessFactor", &kUnit},
                                 {"metallicRoughnessTexture", &kInfo}};
 constexpr Schema kPbr = object(kPbrFields);
-constexpr Field kStrengthFields[] = {{"emissiveStrength", &kNonNegative}};
+constexpr Field kStrengthFields[] = {{"emissiveStrength", &kExtensionNonNegative}};
 constexpr Schema kStrength = object(kStrengthFields);
-constexpr Field kIorFields[] = {{"ior", &kNonNegative}};
+constexpr Field kIorFields[] = {{"ior", &kExtensionNonNegative}};
 constexpr Schema kIor = object(kIorFields);
 constexpr Field kSpecularFields[] = {{"specularFactor", &kUnit},
                                      {"specularTexture", &kInfo},
-                                     {"specularColorFactor", &kColor3},
+                                     {"specularColorFactor", &kExtensionColor3},
                                      {"specularColorTexture", &kInfo}};
 constexpr Schema kSpecular = object(kSpecularFields);
 constexpr Field kTransmissionFields[] = {{"transmissionFactor", &kUnit}, {"transmissionTexture", &kInfo}};
 constexpr Schema kTransmission = object(kTransmissionFields);
-constexpr Field kVolumeFields[] = {{"thicknessFactor", &kNonNegative},
+constexpr Field kVolumeFields[] = {{"thicknessFactor", &kExtensionNonNegative},
                                    {"thicknessTexture", &kInfo},
-                                   {"attenuationDistance", &kNonNegative},
+                                   {"attenuationDistance", &kExtensionNonNegative},
                                    {"attenuationColor", &kUnitVec3}};
 constexpr Schema kVolume = object(kVolumeFields);
 constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_emissive_strength", &kStrength},

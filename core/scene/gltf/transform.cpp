@@ -28,9 +28,13 @@ Result<glm::dmat4> local_transform(const tinygltf::Node& node, const std::string
   if (node.matrix.size() == 16) {
     glm::dmat4 m;
     for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
-    if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1) {
+    // What a product of matrices in floats leaves there is no perspective.
+    constexpr double kRounding = 1e-5;
+    const glm::dvec4 last_row(m[0][3], m[1][3], m[2][3], m[3][3] - 1);
+    if (!(glm::length(last_row) <= kRounding)) {
       return invalid_input("the last row of the matrix must be 0 0 0 1", where + ".matrix");
     }
+    m[0][3] = m[1][3] = m[2][3] = 0, m[3][3] = 1;
     return m;
   }
   glm::dvec4 rotation(0, 0, 0, 1);

@@ -254,6 +254,36 @@ TEST(Gltf, ReadsLightsInTheWorld) {
   EXPECT_FALSE(scene.environment.active());
 }
 
+// A spot with a hard edge, as exporters write it.
+TEST(Gltf, ReadsASpotWhoseConesAreOne) {
+  GlbDraft draft;
+  draft.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "spot"}, {"spot", {{"innerConeAngle", 0.5}, {"outerConeAngle", 0.5}}}}};
+  draft.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+  const Scene scene = read(draft);
+  ASSERT_EQ(scene.lights.size(), 1u);
+  EXPECT_EQ(scene.lights[0].attenuation(std::cos(0.49f)), 1);
+  EXPECT_EQ(scene.lights[0].attenuation(std::cos(0.51f)), 0);
+}
+
+TEST(Gltf, TakesRoundingInTheLastRowOfAMatrix) {
+  GlbDraft draft;
+  draft.json["nodes"][0]["matrix"] = {2, 0, 0, 1e-9, 0, 2, 0, 0, 0, 0, 2, 0, 5, 6, 7, 0.99999994};
+  EXPECT_EQ(read(draft).instances.at(0).to_world, Affine(2, 0, 0, 0, 2, 0, 0, 0, 2, 5, 6, 7));
+}
+
+// tinygltf keeps them in 32 bits only within extensions.
+TEST(Gltf, ReadsLargeIntegersWhereTheyAreKept) {
+  GlbDraft draft;
+  draft.json["accessors"][0]["max"] = {4'294'967'295u, 1, 0};
+  draft.json["nodes"][0]["translation"] = {6'378'137'000, 0, 0};
+  draft.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 5'000'000'000}}};
+  draft.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+  const Scene scene = read(draft);
+  EXPECT_EQ(scene.instances.at(0).to_world[3].x, 6'378'137'000.0f);
+  EXPECT_EQ(scene.lights.at(0).intensity, Rgb(5e9f));
+}
+
 // Scale 0 hides what hangs on a node; a light that shines to all sides needs no direction.
 TEST(Gltf, LeavesOutCamerasAndLightsWithoutDirection) {
   GlbDraft draft;
