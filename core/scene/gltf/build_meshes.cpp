@@ -138,6 +138,8 @@ Result<std::optional<Mesh>> build_primitive(Build& build, const tinygltf::Primit
   }
   if (mesh.triangles.empty()) return std::optional<Mesh>();
   repair_normals(mesh);
+  // [glTF 2.0, 3.7.2.1] Where there are no normals, tangents count for nothing.
+  if (mesh.normals.empty()) mesh.tangents.clear();
   if (!normalize_tangents(mesh)) build.warnings.add("unusable tangents are derived from uv instead", where);
   mesh.material = material_index(build, primitive.material);
   warn_of_missing_uv(build, mesh, where);

@@ -284,6 +284,15 @@ TEST(Gltf, ReadsLargeIntegersWhereTheyAreKept) {
   EXPECT_EQ(scene.lights.at(0).intensity, Rgb(5e9f));
 }
 
+TEST(Gltf, IgnoresTangentsWithoutNormals) {
+  GlbDraft draft;
+  primitive(draft)["attributes"]["TANGENT"] =
+      draft.add_accessor<float>({1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}, kFloat, "VEC4", 4);
+  EXPECT_TRUE(read(draft).meshes.at(0).tangents.empty());
+  primitive(draft)["attributes"]["NORMAL"] = draft.add_accessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, kFloat, "VEC3", 3);
+  EXPECT_EQ(read(draft).meshes.at(0).tangents.size(), 3u);
+}
+
 // Scale 0 hides what hangs on a node; a light that shines to all sides needs no direction.
 TEST(Gltf, LeavesOutCamerasAndLightsWithoutDirection) {
   GlbDraft draft;
