@@ -102,6 +102,7 @@ class Scanner {
       return fail("too many values in extras and extensions", ErrorCode::limit_exceeded);
     }
     if (text_.at_end()) return malformed("unexpected end");
+    if (text_.peek() == '{' && !count_object()) return false;
     enter(schema.role);
     switch (text_.peek()) {
       case '{':
@@ -119,6 +120,10 @@ class Scanner {
       default:
         return number(schema);
     }
+  }
+
+  bool count_object() {
+    return ++objects_ <= limits_.max_objects || fail("too many objects", ErrorCode::limit_exceeded);
   }
 
   void enter(Role role) {
@@ -161,6 +166,7 @@ class Scanner {
     text_.skip_space();
     keys.push_back(key);
     path_.push_back({.key = std::move(key)});
+    if (schema.others && !count_object()) return false;
     if (!value(member_schema(schema, path_.back().key))) return false;
     path_.pop_back();
     text_.skip_space();
@@ -250,6 +256,7 @@ class Scanner {
   std::vector<Step> path_;
   std::optional<Error> error_;
   std::uint64_t loose_ = 0;
+  std::uint64_t objects_ = 0;
   int depth_ = 0;
 };
 

@@ -58,6 +58,8 @@ struct JsonScan {
 struct JsonLimits {
   int max_depth = 128;
   std::uint64_t max_nodes = 1'000'000;
+  /// Objects, and members whose names are free (attributes): each may cost the parser more than 1 kB.
+  std::uint64_t max_objects = 3'000'000;
   /// Values that the schema does not describe cost the parser about 150 bytes each.
   std::uint64_t max_loose_values = 2'000'000;
 };

@@ -185,9 +185,13 @@ Result<Parsed> parse_model(std::span<const std::byte> bytes, const ResourceReade
                            const SceneLimits& limits) {
   const Result<Container> container = open_container(bytes);
   if (!container) return container.error();
-  const JsonLimits json_limits{.max_depth = limits.max_json_depth, .max_nodes = limits.max_nodes};
+  const JsonLimits json_limits{
+      .max_depth = limits.max_json_depth, .max_nodes = limits.max_nodes, .max_objects = limits.max_json_objects};
   const Result<JsonScan> scan = scan_json(container->json, gltf_schema(), json_limits);
   if (!scan) return scan.error();
+  const auto materials = scan->counts.find("materials");
+  if (materials != scan->counts.end() && materials->second > limits.max_materials)
+    return Error{ErrorCode::limit_exceeded, "the file has too many materials", "materials"};
   if (Status status = check_required_extensions(scan->extensions_required); !status) return status.error();
   if (Status status = check_buffers(scan->buffers, *container); !status) return status.error();
 

@@ -188,6 +188,9 @@ TEST(GltfRefusals, RefusesWhatExceedsTheLimits) {
   EXPECT_EQ(refusal(draft, {.max_instances = 0}).code, ErrorCode::limit_exceeded);
   EXPECT_EQ(refusal(draft, {.max_placed_triangles = 0}).code, ErrorCode::limit_exceeded);
   EXPECT_EQ(refusal(draft, {.max_nodes = 0}).code, ErrorCode::limit_exceeded);
+  draft.json["materials"] = json::array({json::object(), json::object()});
+  EXPECT_EQ(refusal(draft, {.max_materials = 1}).where, "materials");
+  EXPECT_EQ(refusal(draft, {.max_json_objects = 5}).code, ErrorCode::limit_exceeded);
   EXPECT_EQ(refusal(draft, {.max_json_depth = 3}).code, ErrorCode::limit_exceeded);
 }
 

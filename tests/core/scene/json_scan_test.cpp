@@ -57,6 +57,15 @@ TEST(JsonScan, RefusesRepeatedMembersHoweverTheyAreSpelt) {
   EXPECT_TRUE(accepts(R"({"a":1,"b":{"a":2}})"));
 }
 
+TEST(JsonScan, LimitsObjectsAndMembersOfFreeNames) {
+  EXPECT_TRUE(accepts("[{},{}]", {.max_objects = 2}));
+  EXPECT_FALSE(accepts("[{},{},{}]", {.max_objects = 2}));
+  const Schema number{.kind = Schema::Kind::number};
+  const Schema free_names{.kind = Schema::Kind::object, .others = &number};
+  EXPECT_TRUE(scan_json(R"({"a":1,"b":2})", free_names, {.max_objects = 3}).ok());
+  EXPECT_EQ(scan_json(R"({"a":1,"b":2,"c":3})", free_names, {.max_objects = 3}).error().where, "c");
+}
+
 TEST(JsonScan, LimitsDepthAndLooseValues) {
   EXPECT_TRUE(accepts(std::string(100, '[') + std::string(100, ']'), {.max_depth = 100}));
   const auto deep = scan_json(std::string(100'000, '['), kAnything, {});
