@@ -3,9 +3,11 @@
 #include <tiny_gltf.h>
 
 #include <cstdint>
+#include <glm/mat4x4.hpp>
 #include <map>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -29,7 +31,9 @@ struct Build {
 
   std::map<int, std::uint32_t> images = {};                     ///< glTF image → Scene::images
   std::map<std::pair<int, bool>, std::uint32_t> textures = {};  ///< glTF texture, sRGB → Scene::textures
-  std::map<std::pair<int, std::vector<double>>, std::vector<std::uint32_t>> meshes = {};
+  /// glTF mesh, skin (−1: none), morph weights → Scene::meshes
+  std::map<std::tuple<int, int, std::vector<double>>, std::vector<std::uint32_t>> meshes = {};
+  std::vector<glm::dmat4> nodes_to_world = {};  ///< of all nodes, once a skin needs them
   std::set<std::string> camera_names = {};
   std::size_t next_camera = 0;         ///< no camera of a lower number can have its name from that
   std::int64_t default_material = -1;  ///< Scene::materials, once it is needed
@@ -53,9 +57,23 @@ Result<TextureSlot> build_texture(Build& build, int texture, int tex_coord, cons
 /// Fills Scene::materials with all materials of the file, in its order.
 Status build_materials(Build& build);
 
-/// The meshes of one glTF mesh under the given morph weights (empty: the mesh's own), one per primitive with
-/// triangles; each is built once and shared by all its instances.
-Result<std::vector<std::uint32_t>> build_mesh(Build& build, int mesh, const std::vector<double>& weights);
+/// The meshes of the glTF mesh of a node under its morph weights and its skin, one per primitive with triangles; each is
+/// built once and shared by all its instances. Skinned ones lie in the world.
+Result<std::vector<std::uint32_t>> build_mesh(Build& build, const tinygltf::Node& node);
+
+/// Whether the node has a skin and all primitives of its mesh say which joints their vertices follow.
+bool is_skinned(const tinygltf::Model& model, const tinygltf::Node& node);
+
+/// Where the joints of a skin take its meshes: from their own space to the world, in the pose that the nodes have.
+Result<std::vector<glm::dmat4>> build_joints(Build& build, int skin);
+
+/// Moves the vertices of a skinned mesh by the weighted means of their joints [glTF 2.0, 3.7.3]. Errors: a joint that is
+/// not there, vertices absurdly far away.
+Status apply_skin(Mesh& mesh, const Build& build, const tinygltf::Primitive& primitive,
+                  const std::vector<glm::dmat4>& joints, const std::string& where);
+
+/// The nodes that are nobody's children.
+std::vector<int> parentless_nodes(const tinygltf::Model& model);
 
 /// Walks the nodes of the chosen scene: instances, lights, cameras.
 Status build_nodes(Build& build);

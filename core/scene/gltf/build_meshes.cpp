@@ -116,9 +116,10 @@ void warn_of_missing_uv(Build& build, const Mesh& mesh, const std::string& where
   }
 }
 
-/// The triangles of one primitive; nothing where it has none.
+/// The triangles of one primitive; nothing where it has none. `joints`: of its skin, empty where it has none.
 Result<std::optional<Mesh>> build_primitive(Build& build, const tinygltf::Primitive& primitive,
-                                            const std::vector<double>& weights, const std::string& where) {
+                                            const std::vector<double>& weights,
+                                            const std::vector<glm::dmat4>& joints, const std::string& where) {
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end() || primitive.mode < TINYGLTF_MODE_TRIANGLES) {
     build.warnings.add("points, lines and primitives without positions are not shown", where);
@@ -128,6 +129,9 @@ Result<std::optional<Mesh>> build_primitive(Build& build, const tinygltf::Primit
   if (Status s = account(build, primitive, vertices, weights, where); !s) return s.error();
   Mesh mesh;
   if (Status s = read_attributes(mesh, build, primitive, weights); !s) return s.error();
+  if (!joints.empty()) {
+    if (Status s = apply_skin(mesh, build, primitive, joints, where); !s) return s.error();
+  }
   if (clamp_colors(mesh)) build.warnings.add("COLOR_0 is cut to between 0 and 1", where);
   Result<std::vector<glm::uvec3>> triangles = read_triangles(build.model, primitive, vertices, where);
   if (!triangles) return triangles.error();
@@ -148,20 +152,24 @@ Result<std::optional<Mesh>> build_primitive(Build& build, const tinygltf::Primit
 
 }  // namespace
 
-Result<std::vector<std::uint32_t>> build_mesh(Build& build, int index,
-                                              const std::vector<double>& node_weights) {
+Result<std::vector<std::uint32_t>> build_mesh(Build& build, const tinygltf::Node& node) {
+  const auto index = static_cast<std::size_t>(node.mesh);
   const tinygltf::Mesh& from = build.model.meshes[index];
-  const std::vector<double>& weights = node_weights.empty() ? from.weights : node_weights;
-  const auto [found, inserted] = build.meshes.try_emplace({index, weights});
+  const std::vector<double>& weights = node.weights.empty() ? from.weights : node.weights;
+  const int skin = is_skinned(build.model, node) ? node.skin : -1;
+  const auto [found, inserted] = build.meshes.try_emplace({node.mesh, skin, weights});
   if (!inserted) return found->second;
   for (double weight : weights) {
     if (!(std::abs(weight) <= kMaxMagnitude)) {
-      return invalid_input("morph weight is absurdly large", place("meshes", static_cast<std::size_t>(index)));
+      return invalid_input("morph weight is absurdly large", place("meshes", index));
     }
   }
+  Result<std::vector<glm::dmat4>> joints = std::vector<glm::dmat4>{};
+  if (skin >= 0) joints = build_joints(build, skin);
+  if (!joints) return joints.error();
   for (std::size_t p = 0; p < from.primitives.size(); ++p) {
-    const std::string where = place("meshes", static_cast<std::size_t>(index)) + "." + place("primitives", p);
-    Result<std::optional<Mesh>> mesh = build_primitive(build, from.primitives[p], weights, where);
+    const std::string where = place("meshes", index) + "." + place("primitives", p);
+    Result<std::optional<Mesh>> mesh = build_primitive(build, from.primitives[p], weights, *joints, where);
     if (!mesh) return mesh.error();
     if (!mesh->has_value()) continue;
     (*mesh)->name = from.name;

@@ -158,9 +158,12 @@ Status add_gpu_instances(Build& build, const tinygltf::Value* attributes,
 
 Status add_mesh(Build& build, const tinygltf::Node& node, const glm::dmat4& to_world,
                 const std::string& where) {
-  if (node.skin >= 0) build.warnings.add("skin is not applied: the mesh stands as modelled", where);
-  const Result<std::vector<std::uint32_t>> meshes = build_mesh(build, node.mesh, node.weights);
+  const bool skinned = is_skinned(build.model, node);
+  if (node.skin >= 0 && !skinned) build.warnings.add("skin of a mesh without joints and weights ignored", where);
+  const Result<std::vector<std::uint32_t>> meshes = build_mesh(build, node);
   if (!meshes) return meshes.error();
+  // Its joints have taken it to the world already, wherever the node is.
+  if (skinned) return add_instance(build, *meshes, glm::dmat4(1), where);
   const auto* attributes = member(extension(node.extensions, "EXT_mesh_gpu_instancing"), "attributes");
   if (attributes && attributes->IsObject()) {
     return add_gpu_instances(build, attributes, *meshes, to_world, where);
@@ -190,6 +193,12 @@ std::vector<int> root_nodes(Build& build) {
     return model.scenes[chosen].nodes;
   }
   build.warnings.add("the file has no scene: all its nodes are shown", "scenes");
+  return parentless_nodes(model);
+}
+
+}  // namespace
+
+std::vector<int> parentless_nodes(const tinygltf::Model& model) {
   std::vector<bool> is_child(model.nodes.size(), false);
   for (const tinygltf::Node& node : model.nodes) {
     for (int child : node.children) is_child[child] = true;
@@ -200,8 +209,6 @@ std::vector<int> root_nodes(Build& build) {
   }
   return roots;
 }
-
-}  // namespace
 
 Status build_nodes(Build& build) {
   struct Visit {

@@ -12,7 +12,7 @@ namespace photond::gltf {
 
 /// Checks every reference, range and alignment of a parsed file, so that what follows may index freely:
 /// asset version, buffer views, accessors, images, samplers, textures, meshes, cameras, lights, nodes (a
-/// forest: one parent each, no cycle) and scenes.
+/// forest: one parent each, no cycle) with skins, and scenes.
 Status check_model(const tinygltf::Model& model, const SceneLimits& limits);
 
 // The parts of check_model.

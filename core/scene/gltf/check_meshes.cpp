@@ -31,7 +31,7 @@ bool attribute_type_allowed(std::string_view name, const tinygltf::Accessor& acc
     return (type == TINYGLTF_TYPE_VEC3 || type == TINYGLTF_TYPE_VEC4) &&
            (component == kFloat || (is_unsigned(component) && accessor.normalized));
   }
-  return true;
+  return (!name.starts_with("JOINTS_") && !name.starts_with("WEIGHTS_")) || type == TINYGLTF_TYPE_VEC4;
 }
 
 /// Sizes of elements by the view without byteStride and the place in it where they begin.

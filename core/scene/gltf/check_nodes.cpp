@@ -42,6 +42,23 @@ Status check_weights(const tinygltf::Model& model, const tinygltf::Node& node, c
   return Done{};
 }
 
+Status check_skin(const tinygltf::Model& model, const tinygltf::Skin& skin, const std::string& where) {
+  constexpr std::size_t kMostJoints = 65'536;  // as many as JOINTS_0 can tell apart
+  if (skin.joints.size() > kMostJoints) return invalid_input("there are too many joints", where + ".joints");
+  for (std::size_t j = 0; j < skin.joints.size(); ++j) {
+    if (Status s = check_index(skin.joints[j], model.nodes.size(), where + "." + place("joints", j)); !s) return s;
+  }
+  const std::string matrices = where + ".inverseBindMatrices";
+  if (Status s = check_index(skin.inverseBindMatrices, model.accessors.size(), matrices, true); !s) return s;
+  if (skin.inverseBindMatrices < 0) return Done{};
+  const tinygltf::Accessor& accessor = model.accessors[skin.inverseBindMatrices];
+  if (accessor.type != TINYGLTF_TYPE_MAT4 || accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT) {
+    return invalid_input("inverse bind matrices must be 4x4 floats", matrices);
+  }
+  if (accessor.count < skin.joints.size()) return invalid_input("there must be one matrix per joint", matrices);
+  return Done{};
+}
+
 /// Every node has at most one parent; returns the parents (−1: none).
 Result<std::vector<int>> find_parents(const tinygltf::Model& model) {
   std::vector<int> parents(model.nodes.size(), -1);
@@ -81,6 +98,9 @@ Status check_nodes(const tinygltf::Model& model) {
     if (Status s = check_references(model, model.nodes[i], where); !s) return s;
     if (Status s = check_instancing(model, model.nodes[i], where); !s) return s;
     if (Status s = check_weights(model, model.nodes[i], where); !s) return s;
+  }
+  for (std::size_t i = 0; i < model.skins.size(); ++i) {
+    if (Status s = check_skin(model, model.skins[i], place("skins", i)); !s) return s;
   }
   const Result<std::vector<int>> parents = find_parents(model);
   if (!parents) return parents.error();

@@ -173,7 +173,7 @@ constexpr Schema kLights = list(kLight);
 constexpr Field kLightsFields[] = {{"lights", &kLights, true}};
 constexpr Schema kLightsPunctual = object(kLightsFields);
 
-// nodes and scenes
+// nodes, skins and scenes
 constexpr Field kLightReferenceFields[] = {{"light", &kIndex, true}};
 constexpr Schema kLightReference = object(kLightReferenceFields);
 constexpr Field kInstancingFields[] = {{"attributes", &kIndexMap, true}};
@@ -193,6 +193,11 @@ constexpr Field kNodeFields[] = {{"name", &kString},
                                  {"weights", &kNumbers},
                                  {"extensions", &kNodeExtensions}};
 constexpr Schema kNode{.kind = Kind::object, .role = Role::node, .fields = kNodeFields};
+constexpr Schema kJoints{.kind = Kind::array, .items = &kIndex, .min_items = 1};
+constexpr Field kSkinFields[] = {{"joints", &kJoints, true}, {"inverseBindMatrices", &kIndex},
+                                 {"skeleton", &kIndex},      {"name", &kString},
+                                 {"extensions", &kObject}};
+constexpr Schema kSkin = object(kSkinFields);
 constexpr Field kSceneFields[] = {{"nodes", &kIndices}, {"name", &kString}, {"extensions", &kObject}};
 constexpr Schema kScene = object(kSceneFields);
 constexpr Field kRootExtensionFields[] = {{"KHR_lights_punctual", &kLightsPunctual}};
@@ -203,7 +208,7 @@ constexpr Schema kRequiredList = list(kRequired);
 constexpr Schema kBuffers = list(kBuffer), kViews = list(kView), kAccessors = list(kAccessor),
                  kImages = list(kImage), kSamplers = list(kSampler), kTextures = list(kTexture),
                  kMaterials = list(kMaterial), kMeshes = list(kMesh), kCameras = list(kCamera),
-                 kNodes = list(kNode), kScenes = list(kScene);
+                 kNodes = list(kNode), kSkins = list(kSkin), kScenes = list(kScene);
 constexpr Field kRootFields[] = {{"asset", &kAsset, true},      {"scene", &kIndex},
                                  {"extensionsUsed", &kStrings}, {"extensionsRequired", &kRequiredList},
                                  {"buffers", &kBuffers},        {"bufferViews", &kViews},
@@ -211,7 +216,7 @@ constexpr Field kRootFields[] = {{"asset", &kAsset, true},      {"scene", &kInde
                                  {"samplers", &kSamplers},      {"textures", &kTextures},
                                  {"materials", &kMaterials},    {"meshes", &kMeshes},
                                  {"cameras", &kCameras},        {"nodes", &kNodes},
-                                 {"scenes", &kScenes},          {"skins", &kObjects},
+                                 {"scenes", &kScenes},          {"skins", &kSkins},
                                  {"animations", &kObjects},     {"extensions", &kRootExtensions}};
 constexpr Schema kRoot = object(kRootFields);
 
