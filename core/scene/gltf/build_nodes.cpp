@@ -95,10 +95,12 @@ Status account(Build& build, const Mesh& mesh, const std::string& where) {
   return Done{};
 }
 
-Status add_instance(Build& build, const std::vector<std::uint32_t>& meshes, const glm::dmat4& to_world,
+Status add_instance(Build& build, const std::vector<std::uint32_t>& meshes, glm::dmat4 to_world,
                     const std::string& where) {
+  // Planes are often scaled by 0 along the axis that they do not extend along.
+  if (is_singular(to_world)) to_world = thickened(to_world);
   if (is_singular(to_world)) {
-    build.warnings.add("transform flattens the mesh, which is left out", where);
+    build.warnings.add("transform leaves nothing of the mesh, which is left out", where);
     return Done{};
   }
   const Result<Affine> affine = to_affine(to_world, where);

@@ -1,6 +1,8 @@
 #include "core/scene/gltf/transform.h"
 
+#include <algorithm>
 #include <cmath>
+#include <glm/matrix.hpp>
 
 #include "core/scene/gltf/build.h"
 
@@ -9,6 +11,15 @@ namespace {
 
 glm::dvec3 vec3(const std::vector<double>& values, const glm::dvec3& otherwise) {
   return values.size() == 3 ? glm::dvec3(values[0], values[1], values[2]) : otherwise;
+}
+
+/// The longest of the cross products of columns.
+glm::dvec3 longest_cross(const glm::dmat3& m) {
+  glm::dvec3 longest = glm::cross(m[0], m[1]);
+  for (const glm::dvec3& cross : {glm::cross(m[1], m[2]), glm::cross(m[2], m[0])}) {
+    if (glm::dot(cross, cross) > glm::dot(longest, longest)) longest = cross;
+  }
+  return longest;
 }
 
 }  // namespace
@@ -67,6 +78,20 @@ Result<std::optional<Affine>> to_frame(const glm::dmat4& matrix, const std::stri
   const glm::dvec3 forward = glm::normalize(z), right = glm::normalize(x);
   return std::optional<Affine>(
       {Vec3(right), Vec3(glm::cross(forward, right)), Vec3(forward), Vec3(glm::dvec3(matrix[3]))});
+}
+
+glm::dmat4 thickened(const glm::dmat4& matrix) {
+  constexpr double kThickness = 1e-6;
+  const glm::dmat3 m(matrix);
+  // Across the plane that everything lands on, and along what lands nowhere.
+  const glm::dvec3 across = longest_cross(m), lost = longest_cross(glm::transpose(m));
+  const double size = std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
+  if (!(glm::length(across) > 1e-12 * size * size) || !(glm::length(lost) > 0)) return matrix;
+  glm::dmat3 filled = m + glm::outerProduct(kThickness * size * glm::normalize(across), glm::normalize(lost));
+  if (glm::determinant(filled) < 0) filled = 2.0 * m - filled;   // hands remain what they are
+  glm::dmat4 out(filled);
+  out[3] = matrix[3];
+  return out;
 }
 
 bool is_singular(const glm::dmat4& matrix) {

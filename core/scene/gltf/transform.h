@@ -25,6 +25,9 @@ Result<Affine> to_affine(const glm::dmat4& matrix, const std::string& where);
 /// no direction. Errors: as to_affine's.
 Result<std::optional<Affine>> to_frame(const glm::dmat4& matrix, const std::string& where);
 
+/// Where `matrix` flattens space onto a plane: one that leaves a millionth of its size across. Otherwise of no use.
+glm::dmat4 thickened(const glm::dmat4& matrix);
+
 /// Whether the linear part maps space onto less than space.
 bool is_singular(const glm::dmat4& matrix);
 

@@ -81,6 +81,32 @@ TEST(Gltf, ComposesNodeTransforms) {
   EXPECT_LT(glm::length(transform_point(scene.instances[0].to_world, {0, 1, 0}) - Vec3(7, 0, 0)), 1e-6f);
 }
 
+// A plane that is scaled by 0 along its normal stays what it is; so does what a turned parent flattens.
+TEST(Gltf, ShowsMeshesThatAreFlattened) {
+  GlbDraft draft;
+  primitive(draft)["attributes"]["POSITION"] =
+      draft.add_accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, kFloat, "VEC3", 3);
+  primitive(draft)["indices"] = draft.add_accessor<std::uint32_t>({0, 1, 2, 0, 3, 1}, kUnsignedInt, "SCALAR", 1);
+  const double half = std::sqrt(0.5);
+  const json turned = {half, 0, 0, half};   // +Y to +Z
+  draft.json["nodes"] = {{{"mesh", 0}, {"scale", {2, 3, 0}}, {"translation", {0, 0, 7}}},
+                         {{"scale", {1, 0, 1}}, {"children", {2}}},
+                         {{"mesh", 0}, {"rotation", turned}},
+                         {{"mesh", 0}, {"scale", {0, 1, 0}}}};
+  draft.json["scenes"][0]["nodes"] = {0, 1, 3};
+  const Scene scene = read(draft);
+  ASSERT_EQ(scene.instances.size(), 2u);
+  const auto in_first = [&](const Vec3& p) { return transform_point(scene.instances[0].to_world, p); };
+  EXPECT_EQ(in_first({1, 0, 0}), Vec3(2, 0, 7));
+  EXPECT_EQ(in_first({0, 1, 0}), Vec3(0, 3, 7));
+  EXPECT_NEAR(in_first({0, 0, 1}).z, 7, 1e-5);
+  EXPECT_GT(in_first({0, 0, 1}).z, 7) << "the front stays in front";
+  const auto in_second = [&](const Vec3& p) { return transform_point(scene.instances[1].to_world, p); };
+  EXPECT_LT(glm::length(in_second({0, 1, 0}) - Vec3(0, 0, 1)), 1e-5f);
+  EXPECT_LT(glm::length(in_second({0, 0, 1}) - Vec3(0)), 1e-5f);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("nodes[3]: transform leaves nothing")));
+}
+
 TEST(Gltf, SharesTheMeshBetweenInstances) {
   GlbDraft draft;
   draft.json["nodes"] = json::array({{{"mesh", 0}}, {{"mesh", 0}, {"translation", {1, 2, 3}}}});
