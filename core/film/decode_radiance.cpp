@@ -40,6 +40,9 @@ Status check_header(const OIIO::ImageSpec& spec, int max_side, std::uint64_t max
     return invalid_input("the picture of " + size + " pixels is a part of one of " + std::to_string(spec.full_width) +
                          "x" + std::to_string(spec.full_height));
   }
+  if (spec.get_int_attribute("Orientation", 1) != 1) {
+    return Error{ErrorCode::unsupported, "the picture is stored turned or mirrored", {}};
+  }
   return Done{};
 }
 

@@ -272,6 +272,18 @@ TEST(ReadEnvironment, RefusesOtherFormats) {
   }
 }
 
+// The line of the size tells where its first pixel lies. Read as if that were the upper left, a sky would be below.
+TEST(ReadEnvironment, RefusesPicturesThatAreStoredTurned) {
+  for (const char* size : {"+Y 1 +X 2", "-Y 1 -X 2", "+Y 1 -X 2", "+X 2 -Y 1"}) {
+    std::string turned = hdr();
+    turned.replace(turned.find("-Y"), 9, size);
+    const auto map = read_environment(bytes_of(turned));
+    ASSERT_FALSE(map.ok()) << size;
+    EXPECT_EQ(map.error().code, ErrorCode::unsupported) << size;
+    EXPECT_THAT(map.error().message, HasSubstr("turned")) << size;
+  }
+}
+
 // Cut anywhere, or with any byte changed, a file is refused or read, and nothing else happens.
 TEST(ReadEnvironment, SurvivesDamagedFiles) {
   Image image(16, 8);
