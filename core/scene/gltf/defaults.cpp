@@ -103,7 +103,8 @@ void warn_of_ignored(Build& build) {
   }
   for (std::size_t i = 0; i < model.lights.size(); ++i) {
     if (model.lights[i].range > 0)
-      build.warnings.add("range ignored: light reaches any distance", place("lights", i));
+      build.warnings.add("range ignored: light reaches any distance",
+                         "extensions.KHR_lights_punctual." + place("lights", i));
   }
   if (build.degenerate > 0) {
     build.warnings.add(std::to_string(build.degenerate) + " degenerate triangles dropped, the first here",
