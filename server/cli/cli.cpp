@@ -10,6 +10,7 @@
 
 #include "server/cli/commands.h"
 #include "server/cli/options.h"
+#include "server/cli/printable.h"
 #include "server/store/data_directory.h"
 
 namespace photond {
@@ -287,7 +288,7 @@ int print_refusal(const Status& outputs) {
 int print_failure(const std::string& subject, const Error& error) {
   std::string text = "photond: " + subject;
   if (!error.where.empty()) text += (text.back() == ' ' ? "" : ": ") + error.where;
-  std::cerr << text + ": " + error.message + "\n";
+  std::cerr << printable(text + ": " + error.message) + "\n";
   return kExitFailure;
 }
 

@@ -6,6 +6,7 @@
 #include "server/cli/cli.h"
 #include "server/cli/commands.h"
 #include "server/cli/load_scene.h"
+#include "server/cli/printable.h"
 #include "server/cli/report_json.h"
 
 namespace photond {
@@ -21,7 +22,7 @@ std::string text_of(const Vec3& v) {
   return out.str();
 }
 
-std::string quoted(const std::string& name) { return name.empty() ? "(unnamed)" : "'" + name + "'"; }
+std::string quoted(const std::string& name) { return name.empty() ? "(unnamed)" : "'" + printable(name) + "'"; }
 
 void print_counts(std::ostream& out, const SceneReport& report) {
   field(out, "triangles") << report.triangles_placed << " in " << report.instances << " instances of "
@@ -79,7 +80,7 @@ void print_info(std::ostream& out, const std::string& file, const PreparedScene&
   print_lights(out, report, prepared.scene.environment);
   print_materials(out, report);
   print_plan(out, summary.plan);
-  for (const std::string& warning : report.warnings) out << "  warning: " << warning << "\n";
+  for (const std::string& warning : report.warnings) out << "  warning: " << printable(warning) << "\n";
 }
 
 }  // namespace

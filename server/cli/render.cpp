@@ -10,6 +10,7 @@
 #include "server/cli/load_task.h"
 #include "server/cli/passes.h"
 #include "server/cli/picture.h"
+#include "server/cli/printable.h"
 #include "server/cli/report_json.h"
 #include "server/cli/stopwatch.h"
 
@@ -33,7 +34,7 @@ Result<Image> read_reference(const RenderCommand& command) {
 }
 
 void print_warnings(const Scene& scene) {
-  for (const std::string& warning : scene.warnings) std::cerr << "photond: warning: " + warning + "\n";
+  for (const std::string& warning : scene.warnings) std::cerr << "photond: warning: " + printable(warning) + "\n";
 }
 
 int write_results(const RenderCommand& command, const RenderTask& task, const Rendering& rendering,

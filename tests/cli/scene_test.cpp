@@ -82,6 +82,21 @@ TEST_F(SceneFolder, InfoListsWhatTheFileHolds) {
   EXPECT_NE(text.out.find("'above'"), std::string::npos) << text.out;
 }
 
+TEST_F(SceneFolder, NamesDoNotSteerTheTerminal) {
+  const std::string file = write_scene(scene_);
+  auto scene = nlohmann::json::parse(read_text(file));
+  scene["cameras"][0]["name"] = "a\x1b[31m\xc2\x9b" "b\nc é";
+  scene["extensionsUsed"].push_back("EXT_\x1b[2J");
+  write_text(file, scene.dump());
+  const Outcome info = run_photond({"info", file});
+  EXPECT_EQ(info.code, 0) << info.err;
+  EXPECT_NE(info.out.find("'a?[31m?b c é'"), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("EXT_?[2J ignored"), std::string::npos) << info.out;
+  scene["extensionsRequired"] = {"EXT_\x1b[2J"};
+  write_text(file, scene.dump());
+  EXPECT_NE(run_photond({"info", file}).err.find("EXT_?[2J"), std::string::npos);
+}
+
 TEST(FindCamera, PrefersTheNameAndThenTheIndex) {
   Scene scene;
   scene.cameras.resize(3);
