@@ -74,7 +74,9 @@ Result<Container> open_container(std::span<const std::byte> bytes) {
   if (bytes.empty()) return invalid_input("the file is empty");
   if (bytes.size() > kMaxSize) return Error{ErrorCode::limit_exceeded, "the file is larger than 4 GiB", {}};
   if (bytes.size() >= 4 && read_u32(bytes, 0) == kMagic) return open_glb(bytes);
-  const std::string_view text = as_text(bytes);
+  std::string_view text = as_text(bytes);
+  // glTF has no byte order mark, but editors on Windows write one, and a reader may ignore it [RFC 8259, 8.1].
+  if (constexpr std::string_view kMark = "\xEF\xBB\xBF"; text.starts_with(kMark)) text.remove_prefix(kMark.size());
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string_view::npos || text[first] != '{')
     return invalid_input("the file is neither GLB nor the JSON of a glTF");

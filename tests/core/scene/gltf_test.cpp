@@ -374,6 +374,15 @@ TEST(Gltf, ReadsResourcesOfAJsonFileByCleanPath) {
   EXPECT_EQ(asked, "a b/data.bin");
 }
 
+TEST(Gltf, ReadsJsonBehindAByteOrderMark) {
+  GlbDraft draft;
+  json document = draft.json;
+  document["buffers"] = json::array({{{"byteLength", draft.bin.size()}, {"uri", "data.bin"}}});
+  const ResourceReader reader = [&](const std::string&) -> Result<std::vector<std::byte>> { return test::bytes_of(draft.bin); };
+  const Result<Scene> scene = read_gltf(test::bytes_of("\xEF\xBB\xBF" + document.dump()), reader);
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+}
+
 TEST(Gltf, WarnsOfOptionalExtensions) {
   GlbDraft draft;
   draft.json["extensionsUsed"] = {"VENDOR_magic"};
