@@ -30,6 +30,13 @@ void count_geometry(const Scene& scene, SceneReport& report) {
   }
 }
 
+template <class Entry>
+std::uint64_t bytes_of(const std::vector<Entry>& entries) {
+  std::uint64_t bytes = entries.capacity() * sizeof(Entry);
+  for (const Entry& entry : entries) bytes += entry.name.capacity();
+  return bytes;
+}
+
 }  // namespace
 
 SceneReport make_report(const Scene& scene) {
@@ -56,6 +63,12 @@ SceneReport make_report(const Scene& scene) {
   }
   report.warnings = scene.warnings;
   return report;
+}
+
+std::uint64_t memory_bytes(const SceneReport& report) {
+  std::uint64_t bytes = sizeof report + bytes_of(report.cameras) + bytes_of(report.lights) + bytes_of(report.materials);
+  for (const std::string& warning : report.warnings) bytes += sizeof warning + warning.capacity();
+  return bytes;
 }
 
 std::string material_kind(const Material& m) {

@@ -46,6 +46,9 @@ struct SceneReport {
 
 SceneReport make_report(const Scene& scene);
 
+/// Estimate of what the report keeps in memory.
+std::uint64_t memory_bytes(const SceneReport& report);
+
 /// One word for what a material mainly does: "glass" (smooth), "frosted glass", "thin glass" (no refraction),
 /// "mirror" (smooth metal), "metal", "diffuse" (no specular layer), "glossy".
 std::string material_kind(const Material& material);

@@ -144,7 +144,8 @@ std::uint64_t scene_bytes(const Scene& scene) {
   }
   for (const TextureImage& image : scene.images) bytes += bytes_of(image.u8) + bytes_of(image.u16);
   if (scene.environment.map != nullptr) bytes += scene.environment.map->memory_bytes();
-  return bytes + bytes_of(scene.instances);
+  return bytes + bytes_of(scene.meshes) + bytes_of(scene.instances) + bytes_of(scene.materials) +
+         bytes_of(scene.textures) + bytes_of(scene.lights) + bytes_of(scene.cameras);
 }
 
 }  // namespace

@@ -171,6 +171,8 @@ Result<SceneLibrary::Summary> SceneLibrary::summarize(const Prepared& scene, con
   Result<Plan> plan = make_plan(*scene, RenderSettings{}, execution);
   if (!plan) return plan.error();
   SceneSummary summary{make_report(scene->scene), scene->scene.cameras, std::move(*plan)};
+  // The cameras are there twice.
+  summary.memory_bytes = sizeof summary + 2 * memory_bytes(summary.report) + summary.cameras.size() * sizeof(Camera);
   return std::make_shared<const SceneSummary>(std::move(summary));
 }
 

@@ -25,7 +25,7 @@ struct SceneSummary {
   SceneReport report;
   std::vector<Camera> cameras;
   Plan plan;
-  std::uint64_t memory_bytes = sizeof(SceneSummary);  ///< not exact: bounds how many are kept
+  std::uint64_t memory_bytes = 0;  ///< not exact: bounds how many are kept
 };
 
 /// Every *.glb of a folder, in alphabetical order. Errors: io.

@@ -32,5 +32,15 @@ TEST(UnknownCamera, OfManyItNamesEight) {
             "there is no camera 'x'; there are 'c', 'c', 'c', 'c', 'c', 'c', 'c', 'c' and 2 more");
 }
 
+TEST(SceneReport, MemoryGrowsWithEntriesAndNames) {
+  Scene scene;
+  const std::uint64_t empty = memory_bytes(make_report(scene));
+  scene.cameras.resize(1000);
+  EXPECT_GT(memory_bytes(make_report(scene)), empty + 1000 * sizeof(SceneReport::CameraEntry) - 1);
+  scene.materials.push_back({.name = std::string(100'000, 'x')});
+  scene.warnings.push_back(std::string(100'000, 'x'));
+  EXPECT_GT(memory_bytes(make_report(scene)), empty + 200'000);
+}
+
 }  // namespace
 }  // namespace photond
