@@ -1,5 +1,6 @@
 import type { Failure } from './api';
 import { describe } from './api';
+import { CameraField } from './camera_field';
 import { by_id, make, set_children, set_text } from './dom';
 import { EnvironmentField } from './environment_field';
 import { kMethodHints, kMethodNames } from './names';
@@ -23,6 +24,10 @@ const kFields: Record<string, { input: string; error: string }> = {
   '/environment/rotation_deg': { input: 'environment-rotation', error: 'environment-error' },
   '/environment/scale': { input: 'environment-scale', error: 'environment-error' },
   '/camera': { input: 'camera', error: 'camera-error' },
+  '/camera/eye': { input: 'camera-eye-x', error: 'camera-error' },
+  '/camera/target': { input: 'camera-target-x', error: 'camera-error' },
+  '/camera/up': { input: 'camera-target-x', error: 'camera-error' },
+  '/camera/yfov_deg': { input: 'camera-angle', error: 'camera-error' },
   '/film': { input: 'width', error: 'film-error' },
   '/film/width': { input: 'width', error: 'film-error' },
   '/film/height': { input: 'height', error: 'film-error' },
@@ -39,7 +44,7 @@ const kFields: Record<string, { input: string; error: string }> = {
 export class JobForm {
   private readonly form = by_id('job-form', HTMLFormElement);
   private readonly scene = by_id('scene', HTMLSelectElement);
-  private readonly camera = by_id('camera', HTMLSelectElement);
+  private readonly camera = new CameraField();
   private readonly start = by_id('start', HTMLButtonElement);
   private readonly failure = by_id('form-error', HTMLElement);
   private readonly report = new SceneReportView();
@@ -65,10 +70,7 @@ export class JobForm {
     const report = chosen_report(state);
     this.report.render(report);
     this.environment.render(state);
-    const cameras = report && typeof report !== 'string' ? report.cameras : [];
-    set_children(this.camera, JSON.stringify([state.scene, cameras]), () =>
-      cameras.map((name, index) => make('option', { value: String(index) }, name || `Camera ${index + 1}`)));
-    this.camera.disabled = cameras.length < 2;
+    this.camera.render(typeof report === 'string' ? null : report);
     const known = report && typeof report !== 'string' && state.environment === null; // in another one it may differ
     this.planned = known ? report.plan.method : null;
     this.show_hint();
@@ -119,7 +121,7 @@ export class JobForm {
     return {
       scene: this.scene.value,
       environment: this.environment.read(),
-      camera: Math.max(0, this.camera.selectedIndex),
+      camera: this.camera.read(),
       film: { width: value_of('width'), height: value_of('height') },
       method: this.method(),
       ...(given('photons') && { photons_per_pass: value_of('photons') }),

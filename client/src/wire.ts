@@ -29,6 +29,25 @@ export interface ScenePage {
   next_cursor: string | null;
 }
 
+export type Triple = [number, number, number];
+
+/** A camera of a scene. */
+export interface Camera {
+  name: string;
+  eye: Triple;
+  /** Of length one. */
+  direction: Triple;
+  /** Null for an orthographic one. */
+  yfov_deg: number | null;
+}
+
+/** A place to take a picture from; +Y is up. */
+export interface Placement {
+  eye: Triple;
+  target: Triple;
+  yfov_deg: number;
+}
+
 /** A scene with what is in it. */
 export interface SceneReport extends Scene {
   triangles: number;
@@ -38,9 +57,10 @@ export interface SceneReport extends Scene {
   /** Whether light comes from infinity. */
   environment: boolean;
   materials: number;
-  cameras: string[];
+  cameras: Camera[];
   /** Of the bounds, in metres; null for an empty scene. */
-  size: [number, number, number] | null;
+  size: Triple | null;
+  centre: Triple | null;
   /** What method auto would do. */
   plan: Plan;
   warnings: string[];
@@ -149,7 +169,8 @@ export interface Problem {
 export interface JobRequest {
   scene: string;
   environment: EnvironmentChoice | null;
-  camera: number;
+  /** Index or place. */
+  camera: number | Placement;
   film: { width: number; height: number };
   method: Method;
   photons_per_pass?: number;
@@ -261,7 +282,7 @@ export const parse_environment: Parser<Environment> = object<Environment>({ id: 
 export const parse_environments: Parser<Environment[]> = (value, pointer) =>
   object({ environments: list(parse_environment) })(value, pointer).environments;
 
-const vector: Parser<[number, number, number]> = (value, pointer) => {
+const vector: Parser<Triple> = (value, pointer) => {
   const [x, y, z, ...more] = list(number)(value, pointer);
   if (x === undefined || y === undefined || z === undefined || more.length > 0) throw new WireError(pointer, 'three numbers');
   return [x, y, z];
@@ -271,7 +292,7 @@ const report = object({
   counts: object({ triangles: count, emissive_triangles: count }),
   bounds: maybe(object({ min: vector, max: vector })),
   environment: vector,
-  cameras: list(object({ name: text })),
+  cameras: list(object<Camera>({ name: text, eye: vector, direction: vector, yfov_deg: maybe(number) })),
   lights: list(object({})),
   materials: list(object({})),
   warnings: list(text),
@@ -287,9 +308,14 @@ export const parse_report: Parser<SceneReport> = (value, pointer) => {
     lights: found.lights.length,
     environment: found.environment.some((radiance) => radiance > 0),
     materials: found.materials.length,
-    cameras: found.cameras.map((camera) => camera.name),
-    size: bounds && [bounds.max[0] - bounds.min[0], bounds.max[1] - bounds.min[1], bounds.max[2] - bounds.min[2]],
+    cameras: found.cameras,
+    size: bounds && by_axis((axis) => bounds.max[axis]! - bounds.min[axis]!),
+    centre: bounds && by_axis((axis) => (bounds.max[axis]! + bounds.min[axis]!) / 2),
     plan: planned,
     warnings: found.warnings,
   };
 };
+
+function by_axis(value: (axis: number) => number): Triple {
+  return [value(0), value(1), value(2)];
+}

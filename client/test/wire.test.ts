@@ -55,13 +55,14 @@ describe('parse_report', () => {
   it('takes what the page needs', () => {
     expect(parse_report(scene_message(), '')).toMatchObject({
       name: 'box', triangles: 1204, emissive_triangles: 2, lights: 0, environment: false, materials: 1,
-      cameras: ['main'], size: [2, 2.5, 2], plan: { method: 'progressive' }, warnings: ['materials[0]: something is ignored'],
+      cameras: [{ name: 'main', eye: [0, 0, 0], direction: [0, 0, -1], yfov_deg: 40 }], size: [2, 2.5, 2], centre: [0, 1.25, 0],
+      plan: { method: 'progressive' }, warnings: ['materials[0]: something is ignored'],
     });
   });
 
   it('takes a scene without extent', () => {
     const report = { ...(scene_message()['report'] as object), bounds: null };
-    expect(parse_report(scene_message({ report }), '').size).toBeNull();
+    expect(parse_report(scene_message({ report }), '')).toMatchObject({ size: null, centre: null });
   });
 
   it('names what is malformed', () => {

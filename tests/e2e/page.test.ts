@@ -119,6 +119,29 @@ describe('a picture', () => {
     expect(await page.locator('#environment-scale').isVisible()).toBe(false);
   });
 
+  it('is taken from elsewhere, beginning where a camera is', async () => {
+    expected_errors = [/status of 422/];
+    await page.selectOption('#scene', { index: 0 });
+    await page.selectOption('#camera', 'elsewhere');
+    const place = () => page.locator('#camera-more input').evaluateAll((inputs) => inputs.map((input) => (input as HTMLInputElement).value));
+    const [x, y, z] = await place();
+    expect([x, y, z].map(Number)).not.toEqual([0, 0, 0]);
+    await page.fill('#camera-eye-x', '0.5');
+    await page.fill('#camera-angle', '60');
+    const job = await start_job(page, { width: 32, height: 24, passes: 2 });
+    await shown_where(page, (picture) => picture.job === job);
+    const { spec } = await (await fetch(`${photond.url}v1/jobs/${job}`)).json() as { spec: { camera: unknown } };
+    expect(spec.camera).toMatchObject({ eye: [0.5, Number(y), Number(z)].map((at) => expect.closeTo(at, 4)), yfov_deg: 60 });
+    await page.screenshot({ path: join(kPictures, 'elsewhere.png'), fullPage: true });
+
+    for (const axis of ['x', 'y', 'z']) await page.fill(`#camera-target-${axis}`, await page.inputValue(`#camera-eye-${axis}`));
+    await page.click('#start');
+    await page.locator('#camera-error', { hasText: 'must not be the eye' }).waitFor();
+    expect(await page.getAttribute('#camera-target-x', 'aria-invalid')).toBe('true');
+    await page.selectOption('#camera', '0');
+    expect(await page.locator('#camera-more').isVisible()).toBe(false);
+  });
+
   it('is said at the surroundings when they are not a map of light', async () => {
     expected_errors = [/status of 422/];
     await drop(page, { name: 'letter.exr', bytes: Buffer.from('Dear Sir') });
