@@ -26,11 +26,13 @@ export const api = {
   scenes: () => all_scenes(),
   scene: (id: string) => ask(`v1/scenes/${id}`, parse_report),
   /** The newest jobs; with a cursor those that come after it. */
-  jobs: (cursor: string | null = null) => ask(`v1/jobs?limit=50${cursor === null ? '' : `&cursor=${cursor}`}`, parse_jobs),
+  jobs: (cursor: string | null = null) =>
+    ask(`v1/jobs?limit=50${cursor === null ? '' : `&cursor=${cursor}`}`, parse_jobs),
   job: (id: string) => ask(`v1/jobs/${id}`, parse_job),
   series: (id: string) => ask(`v1/jobs/${id}/series`, parse_series),
   upload: (file: Blob, media_type: string, name: string): Promise<Answer<SceneReport>> =>
-    ask(named('v1/scenes', name), parse_report, { method: 'POST', body: file, headers: { 'Content-Type': media_type } }),
+    ask(named('v1/scenes', name), parse_report,
+      { method: 'POST', body: file, headers: { 'Content-Type': media_type } }),
   environments: () => ask('v1/environments', parse_environments),
   upload_environment: (file: Blob, name: string): Promise<Answer<Environment>> =>
     ask(named('v1/environments', name), parse_environment,

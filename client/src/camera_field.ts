@@ -25,7 +25,8 @@ export class CameraField {
     set_children(this.select, JSON.stringify([report?.id, cameras]), () => {
       this.chosen = 0;
       const elsewhere = make('option', { value: kElsewhere }, 'Elsewhere …');
-      const known = cameras.map(({ name }, index) => make('option', { value: String(index) }, name || `Camera ${index + 1}`));
+      const known = cameras.map(({ name }, index) =>
+        make('option', { value: String(index) }, name || `Camera ${index + 1}`));
       return known.length > 0 ? [...known, elsewhere] : [];
     });
     this.select.disabled = cameras.length === 0;

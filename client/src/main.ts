@@ -112,11 +112,11 @@ function take_files(files: File[]): void {
   const limit = state.info?.limits.max_upload_bytes ?? null;
   const maps = files.filter(is_environment);
   const scenes = files.filter((file) => !is_environment(file));
-  void upload(maps, kEnvironments, limit, (words, failed) => form.show_environment_upload(words, failed)).then((map) => {
-    if (map) dispatch({ type: 'environment_added', environment: map });
+  void upload(maps, kEnvironments, limit, (...words) => form.show_environment_upload(...words)).then((environment) => {
+    if (environment) dispatch({ type: 'environment_added', environment });
   });
-  void upload(scenes, kScenes, limit, (words, failed) => form.show_upload(words, failed)).then((scene) => {
-    if (scene) dispatch({ type: 'scene_added', report: scene });
+  void upload(scenes, kScenes, limit, (...words) => form.show_upload(...words)).then((report) => {
+    if (report) dispatch({ type: 'scene_added', report });
   });
 }
 

@@ -1,5 +1,8 @@
 import type { View } from './frames';
-import { is_terminal, type Environment, type Info, type Job, type JobEvent, type JobPage, type Scene, type SceneReport, type SeriesPoint } from './wire';
+import {
+  is_terminal, type Environment, type Info, type Job, type JobEvent, type JobPage, type Scene, type SceneReport,
+  type SeriesPoint,
+} from './wire';
 
 /** Everything the page shows, apart from the pixels of the picture and what is typed into the form. */
 export interface State {
@@ -143,7 +146,8 @@ function with_added_environment(state: State, environment: Environment): State {
 
 function with_jobs(state: State, { jobs, next_cursor }: JobPage): State {
   const watched = watched_job(state);
-  return { ...state, jobs: by_age([...known_or_newer(state, jobs), ...(watched ? [watched] : [])]), older: next_cursor };
+  const listed = known_or_newer(state, jobs);
+  return { ...state, jobs: by_age(watched ? [...listed, watched] : listed), older: next_cursor };
 }
 
 function with_older_jobs(state: State, { jobs, next_cursor }: JobPage): State {

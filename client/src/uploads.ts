@@ -42,9 +42,13 @@ export async function upload<T extends { name: string }>(
   say(`Sending ${file.name} …`);
   const name = label_of(file.name);
   const answer = await kind.send(file, name);
-  if (answer.ok) say(`${file.name} is ready${answer.value.name === name ? '' : `; it is known as ${answer.value.name}`}.`);
-  else say(`${file.name}: ${describe(answer.failure)}`, true);
-  return answer.ok ? answer.value : null;
+  if (!answer.ok) {
+    say(`${file.name}: ${describe(answer.failure)}`, true);
+    return null;
+  }
+  const known = answer.value.name;
+  say(`${file.name} is ready${known === name ? '' : `; it is known as ${known}`}.`);
+  return answer.value;
 }
 
 /** Why the file cannot be sent, or would not be taken. */

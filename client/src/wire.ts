@@ -277,7 +277,8 @@ const scene = object<Scene>({ id: text, name: text, bytes: count, sample: flag }
 
 export const parse_scenes: Parser<ScenePage> = object<ScenePage>({ scenes: list(scene), next_cursor: maybe(text) });
 
-export const parse_environment: Parser<Environment> = object<Environment>({ id: text, name: text, width: count, height: count });
+export const parse_environment: Parser<Environment> =
+  object<Environment>({ id: text, name: text, width: count, height: count });
 
 export const parse_environments: Parser<Environment[]> = (value, pointer) =>
   object({ environments: list(parse_environment) })(value, pointer).environments;

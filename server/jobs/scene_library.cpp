@@ -117,7 +117,8 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
   auto described = summaries_.get_or_build(
       id, [&] { return summarize(scene->value, execution); }, stop);
   if (!described) return described.error();
-  SceneRecord record{id, name, true_type(*blob, media_type), blob->size(), false, std::chrono::system_clock::now(), owner.key};
+  SceneRecord record{id,    name, true_type(*blob, media_type), blob->size(),
+                     false, std::chrono::system_clock::now(),   owner.key};
   if (const Status put = store_.put_scene(record, *blob, owner.limits.bytes); !put) return put.error();
   return Added{record, true};
 }

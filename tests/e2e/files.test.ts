@@ -70,14 +70,16 @@ describe('a file', () => {
     try {
       await drop_path(page, folder);
       await page.locator(kRefused).waitFor();
-      expect(await page.textContent('#upload-status')).toBe(`${basename(folder)} cannot be read; is it a folder, or gone?`);
+      expect(await page.textContent('#upload-status'))
+        .toBe(`${basename(folder)} cannot be read; is it a folder, or gone?`);
     } finally {
       rmSync(folder, { recursive: true, force: true });
     }
   });
 
   it('of a scene and one of its surroundings are taken at once', async () => {
-    await drop(page, { name: 'sky.hdr', bytes: a_sky('both') }, { name: 'room.glb', bytes: with_generator(a_sample(), 'two') });
+    const room = with_generator(a_sample(), 'both');
+    await drop(page, { name: 'sky.hdr', bytes: a_sky('both') }, { name: 'room.glb', bytes: room });
     await page.getByText('sky.hdr is ready').waitFor();
     await page.getByText('room.glb is ready').waitFor();
   });

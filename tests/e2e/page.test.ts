@@ -123,18 +123,18 @@ describe('a picture', () => {
     expected_errors = [/status of 422/];
     await page.selectOption('#scene', { index: 0 });
     await page.selectOption('#camera', 'elsewhere');
-    const place = () => page.locator('#camera-more input').evaluateAll((inputs) => inputs.map((input) => (input as HTMLInputElement).value));
-    const [x, y, z] = await place();
-    expect([x, y, z].map(Number)).not.toEqual([0, 0, 0]);
+    const axes = ['x', 'y', 'z'] as const;
+    const [x, y, z] = await Promise.all(axes.map(async (axis) => Number(await page.inputValue(`#camera-eye-${axis}`))));
+    expect([x, y, z]).not.toEqual([0, 0, 0]);
     await page.fill('#camera-eye-x', '0.5');
     await page.fill('#camera-angle', '60');
     const job = await start_job(page, { width: 32, height: 24, passes: 2 });
     await shown_where(page, (picture) => picture.job === job);
     const { spec } = await (await fetch(`${photond.url}v1/jobs/${job}`)).json() as { spec: { camera: unknown } };
-    expect(spec.camera).toMatchObject({ eye: [0.5, Number(y), Number(z)].map((at) => expect.closeTo(at, 4)), yfov_deg: 60 });
+    expect(spec.camera).toMatchObject({ eye: [0.5, y, z].map((at) => expect.closeTo(at!, 4)), yfov_deg: 60 });
     await page.screenshot({ path: join(kPictures, 'elsewhere.png'), fullPage: true });
 
-    for (const axis of ['x', 'y', 'z']) await page.fill(`#camera-target-${axis}`, await page.inputValue(`#camera-eye-${axis}`));
+    for (const axis of axes) await page.fill(`#camera-target-${axis}`, await page.inputValue(`#camera-eye-${axis}`));
     await page.click('#start');
     await page.locator('#camera-error', { hasText: 'must not be the eye' }).waitFor();
     expect(await page.getAttribute('#camera-target-x', 'aria-invalid')).toBe('true');
@@ -256,7 +256,8 @@ describe('the list of jobs', () => {
     await expect.poll(async () => (await titles()).length).toBe(50);
     await page.click('#older');
     await expect.poll(async () => (await titles()).filter((title) => title.startsWith('small '))).toHaveLength(51);
-    expect((await titles()).slice(48, 51).map((title) => /^small \d+/.exec(title)?.[0])).toEqual(['small 2', 'small 1', 'small 0']);
+    const oldest = (await titles()).slice(48, 51).map((title) => /^small \d+/.exec(title)?.[0]);
+    expect(oldest).toEqual(['small 2', 'small 1', 'small 0']);
     expect(await page.locator('#older').isVisible()).toBe(false);
   });
 });
@@ -368,7 +369,7 @@ describe('the look', () => {
     await start_job(page, { width: 32, height: 24, seconds: 60 });
     await page.locator('#download-png').waitFor();
     await page.setViewportSize({ width: 320, height: 640 });
-    const lines = await page.evaluate(() => [...document.querySelectorAll('.actions > :not([hidden])')].map((button) => {
+    const lines = await page.locator('.actions > :not([hidden])').evaluateAll((buttons) => buttons.map((button) => {
       const words = document.createRange();
       words.selectNodeContents(button);
       return words.getClientRects().length;
