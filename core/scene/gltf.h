@@ -18,7 +18,7 @@ struct SceneLimits {
   std::uint64_t max_triangles = 50'000'000;       ///< all instances of a mesh count once
   std::uint64_t max_placed_triangles = 50'000'000;   ///< of each instance anew: edges, casters and lamps are placed
   std::uint64_t max_emitters = 8'000'000;         ///< triangles that emit light, of each instance anew
-  std::uint64_t max_vertices = 50'000'000;        ///< of each morph target that is added in anew, and joints
+  std::uint64_t max_vertices = 50'000'000;        ///< of each morph target that is added in anew; four per joint
   std::uint64_t max_instances = 1'000'000;
   std::uint64_t max_nodes = 1'000'000;
   std::uint64_t max_texture_pixels = 256'000'000; ///< all images together

@@ -102,7 +102,8 @@ bool is_skinned(const tinygltf::Model& model, const tinygltf::Node& node) {
 
 Result<std::vector<glm::dmat4>> build_joints(Build& build, int index) {
   const tinygltf::Skin& skin = build.model.skins[index];
-  build.vertices += skin.joints.size();
+  const std::size_t matrices = skin.inverseBindMatrices < 0 ? 0 : build.model.accessors[skin.inverseBindMatrices].count;
+  build.vertices += 4 * std::max(skin.joints.size(), matrices);  // a matrix is read like four of them
   if (build.vertices > build.limits.max_vertices) {
     return Error{ErrorCode::limit_exceeded, "the file has too many vertices and joints",
                  place("skins", static_cast<std::size_t>(index))};

@@ -17,8 +17,8 @@ using testing::HasSubstr;
 
 constexpr int kUnsignedByte = 5121, kFloat = 5126;
 
-/// The triangle (0,0,0), (1,0,0), (0,1,0) whose vertices follow joint 0, joint 1, and both by halves. Joint 0 is moved by
-/// (10,0,0), joint 1 hangs on it and is scaled by 2; the mesh was modelled around (0,0,1) of joint 0.
+/// The triangle (0,0,0), (1,0,0), (0,1,0) whose vertices follow joint 0, joint 1, and both by halves. Joint 0 is moved
+/// by (10,0,0), joint 1 hangs on it and is scaled by 2; the mesh was modelled around (0,0,1) of joint 0.
 GlbDraft skinned_triangle() {
   GlbDraft draft;
   json& attributes = draft.json["meshes"][0]["primitives"][0]["attributes"];
@@ -109,9 +109,14 @@ TEST(GltfSkin, RefusesBrokenSkinsWithTheirPlace) {
   EXPECT_EQ(where("/nodes/2/scale", {1e16, 1e16, 1e16}), "meshes[0].primitives[0]") << "absurdly far";
 }
 
-TEST(GltfSkin, JointsCountAsVertices) {
-  EXPECT_TRUE(read_gltf(skinned_triangle().pack(), no_resources(), {.max_vertices = 5}).ok());
-  EXPECT_EQ(refusal(skinned_triangle(), {.max_vertices = 4}).code, ErrorCode::limit_exceeded);
+// Of the inverse bind matrices there may be more than joints.
+TEST(GltfSkin, MatricesCountAsFourVertices) {
+  GlbDraft draft = skinned_triangle();
+  EXPECT_TRUE(read_gltf(draft.pack(), no_resources(), {.max_vertices = 3 + 4 * 2}).ok());
+  EXPECT_EQ(refusal(draft, {.max_vertices = 3 + 4 * 2 - 1}).code, ErrorCode::limit_exceeded);
+  draft.json["accessors"].push_back({{"componentType", kFloat}, {"count", 100}, {"type", "MAT4"}});
+  draft.json["skins"][0]["inverseBindMatrices"] = draft.json["accessors"].size() - 1;
+  EXPECT_EQ(refusal(draft, {.max_vertices = 4 * 100 - 1}).where, "skins[0]");
 }
 
 }  // namespace
