@@ -42,8 +42,8 @@ Status check_size(const OIIO::ImageSpec& spec, const DecodeLimits& limits) {
   return Done{};
 }
 
-/// Each scan of a JPEG goes through all its pixels, and some hundred bytes are enough for one. Real files have ten or so.
-/// Counts the marker wherever it is: between the scans' own bytes it is nothing else, in metadata it is rare.
+/// Each scan of a JPEG goes through all its pixels, and some hundred bytes are enough for one. Real files have ten or
+/// so. Counts the marker wherever it is: among the scans' own bytes it is nothing else, in metadata it is rare.
 Status check_scans(std::span<const std::byte> jpeg) {
   constexpr int kMostScans = 128;
   int scans = 0;

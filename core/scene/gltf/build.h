@@ -57,8 +57,8 @@ Result<TextureSlot> build_texture(Build& build, int texture, int tex_coord, cons
 /// Fills Scene::materials with all materials of the file, in its order.
 Status build_materials(Build& build);
 
-/// The meshes of the glTF mesh of a node under its morph weights and its skin, one per primitive with triangles; each is
-/// built once and shared by all its instances. Skinned ones lie in the world.
+/// The meshes of the glTF mesh of a node under its morph weights and its skin, one per primitive with triangles; each
+/// is built once and shared by all its instances. Skinned ones lie in the world.
 Result<std::vector<std::uint32_t>> build_mesh(Build& build, const tinygltf::Node& node);
 
 /// Whether the node has a skin and all primitives of its mesh say which joints their vertices follow.
@@ -67,8 +67,8 @@ bool is_skinned(const tinygltf::Model& model, const tinygltf::Node& node);
 /// Where the joints of a skin take its meshes: from their own space to the world, in the pose that the nodes have.
 Result<std::vector<glm::dmat4>> build_joints(Build& build, int skin);
 
-/// Moves the vertices of a skinned mesh by the weighted means of their joints [glTF 2.0, 3.7.3]. Errors: a joint that is
-/// not there, vertices absurdly far away.
+/// Moves the vertices of a skinned mesh by the weighted means of their joints [glTF 2.0, 3.7.3]. Errors: a joint that
+/// is not there, vertices absurdly far away.
 Status apply_skin(Mesh& mesh, const Build& build, const tinygltf::Primitive& primitive,
                   const std::vector<glm::dmat4>& joints, const std::string& where);
 

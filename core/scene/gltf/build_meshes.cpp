@@ -87,8 +87,8 @@ Status account(Build& build, const tinygltf::Primitive& primitive, std::size_t v
                const std::vector<double>& weights, const std::string& where) {
   const std::size_t corners =
       primitive.indices >= 0 ? build.model.accessors[primitive.indices].count : vertices;
-  const auto morphs = static_cast<std::size_t>(std::ranges::count_if(weights, [](double weight) { return weight != 0; }));
-  build.vertices += vertices * (1 + std::min(morphs, primitive.targets.size()));
+  const std::size_t unused = static_cast<std::size_t>(std::ranges::count(weights, 0.0));
+  build.vertices += vertices * (1 + std::min(weights.size() - unused, primitive.targets.size()));
   build.triangles += primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners;
   if (build.vertices > build.limits.max_vertices) return too_large("vertices", where);
   if (build.triangles > build.limits.max_triangles) return too_large("triangles", where);

@@ -38,7 +38,8 @@ bool attribute_type_allowed(std::string_view name, const tinygltf::Accessor& acc
 using PackedElements = std::map<std::pair<int, std::size_t>, std::size_t>;
 
 /// Vertex data is aligned to 4 bytes, and says its stride where several attributes share a view.
-Status check_layout(const tinygltf::Model& model, int accessor_index, PackedElements& packed, const std::string& where) {
+Status check_layout(const tinygltf::Model& model, int accessor_index, PackedElements& packed,
+                    const std::string& where) {
   const tinygltf::Accessor& accessor = model.accessors[accessor_index];
   if (accessor.bufferView < 0) return Done{};
   const std::size_t stride = model.bufferViews[accessor.bufferView].byteStride;

@@ -168,9 +168,10 @@ Status run_tinygltf(std::span<const std::byte> bytes, const Container& container
   std::string error, warning;
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   const std::string_view json = container.json;
-  const bool loaded =
-      container.binary ? loader.LoadBinaryFromMemory(&model, &error, &warning, data, static_cast<unsigned>(bytes.size()))
-                       : loader.LoadASCIIFromString(&model, &error, &warning, json.data(), static_cast<unsigned>(json.size()), "");
+  const auto size = static_cast<unsigned>(container.binary ? bytes.size() : json.size());
+  const bool loaded = container.binary
+                          ? loader.LoadBinaryFromMemory(&model, &error, &warning, data, size)
+                          : loader.LoadASCIIFromString(&model, &error, &warning, json.data(), size, "");
   if (loaded) return Done{};
   if (state.error) return *state.error;
   if (const auto missing = indices_without_data(model)) return *missing;

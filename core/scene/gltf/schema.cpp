@@ -32,7 +32,8 @@ constexpr Schema numbers(std::size_t n, const Schema& item = kNumber) {
 constexpr Schema object(std::span<const Field> fields) { return {.kind = Kind::object, .fields = fields}; }
 constexpr Schema list(const Schema& item) { return {.kind = Kind::array, .items = &item}; }
 
-constexpr Schema kExtensionVec2 = numbers(2, kExtensionNumber), kVec3 = numbers(3), kVec4 = numbers(4), kMatrix = numbers(16);
+constexpr Schema kVec3 = numbers(3), kVec4 = numbers(4), kMatrix = numbers(16);
+constexpr Schema kExtensionVec2 = numbers(2, kExtensionNumber);
 constexpr Schema kUnitVec3 = numbers(3, kUnit), kUnitVec4 = numbers(4, kUnit);
 constexpr Schema kColor3 = numbers(3, kNonNegative), kExtensionColor3 = numbers(3, kExtensionNonNegative);
 

@@ -18,8 +18,8 @@ Result<std::vector<std::byte>> decode_data_uri(std::string_view uri, const std::
 /// Percent-decodes once. An incomplete escape is an error.
 Result<std::string> percent_decode(std::string_view uri, const std::string& where);
 
-/// `path` without segments that are `.`, where it is a plain relative path: no scheme, no leading slash, no backslash, no
-/// `..` or empty segment, no control characters; an error otherwise.
+/// `path` without segments that are `.`, where it is a plain relative path: no scheme, no leading slash, no backslash,
+/// no `..` or empty segment, no control characters; an error otherwise.
 Result<std::string> check_relative_path(std::string_view path, const std::string& where);
 
 }  // namespace photond::gltf

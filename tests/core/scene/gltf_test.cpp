@@ -378,7 +378,7 @@ TEST(Gltf, ReadsJsonBehindAByteOrderMark) {
   GlbDraft draft;
   json document = draft.json;
   document["buffers"] = json::array({{{"byteLength", draft.bin.size()}, {"uri", "data.bin"}}});
-  const ResourceReader reader = [&](const std::string&) -> Result<std::vector<std::byte>> { return test::bytes_of(draft.bin); };
+  const auto reader = [&](const std::string&) { return Result<std::vector<std::byte>>(test::bytes_of(draft.bin)); };
   const Result<Scene> scene = read_gltf(test::bytes_of("\xEF\xBB\xBF" + document.dump()), reader);
   ASSERT_TRUE(scene.ok()) << scene.error().message;
 }
