@@ -24,11 +24,13 @@ struct AlphaMesh {
 };
 
 // Surfaces that are not opaque cover a fraction of the hits: the test is against a hash of the hit's own bits, which is
-// uniform over random rays and needs no state, so that results depend on nothing but the ray.
-float hash_threshold(std::uint32_t primitive, float u, float v) {
+// uniform over random rays and needs no state, so that results depend on nothing but the ray. The instance is one of
+// them: alike sheets one behind the other do not hide the same rays.
+float hash_threshold(std::uint32_t instance, std::uint32_t primitive, float u, float v) {
   const std::uint64_t bits = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(u)) << 32 |
                              std::bit_cast<std::uint32_t>(v);
-  return static_cast<float>(mix64(bits + primitive * 0x9e3779b97f4a7c15ULL) >> 40) * 0x1p-24f;
+  const std::uint64_t triangle = static_cast<std::uint64_t>(instance) << 32 | primitive;
+  return static_cast<float>(mix64(bits + triangle * 0x9e3779b97f4a7c15ULL) >> 40) * 0x1p-24f;
 }
 
 void reject_transparent(const RTCFilterFunctionNArguments* args) {
@@ -38,8 +40,10 @@ void reject_transparent(const RTCFilterFunctionNArguments* args) {
     const std::uint32_t primitive = RTCHitN_primID(args->hit, args->N, i);
     const float u = RTCHitN_u(args->hit, args->N, i);
     const float v = RTCHitN_v(args->hit, args->N, i);
+    std::uint32_t instance = RTCHitN_instID(args->hit, args->N, i, 0);
+    if (instance == RTC_INVALID_GEOMETRY_ID) instance = RTCHitN_geomID(args->hit, args->N, i);
     const float covered = coverage(*alpha.scene, *alpha.mesh, primitive, u, v);
-    if (!(covered > hash_threshold(primitive, u, v))) args->valid[i] = 0;
+    if (!(covered > hash_threshold(instance, primitive, u, v))) args->valid[i] = 0;
   }
 }
 

@@ -203,6 +203,31 @@ TEST(Accel, AlphaDecidesWhatIsHit) {
   EXPECT_TRUE(test::agrees(share(AlphaMode::blend, 0.25f, 0), 0.25));
 }
 
+// Two sheets one behind the other, alike and met at the same places: what one lets through the other halves once more.
+TEST(Accel, SheetsAlikeStopLightIndependently) {
+  for (const bool shared : {false, true}) {
+    Scene scene = test::empty_scene();
+    Material half = test::lambert(Rgb(1));
+    half.alpha_mode = AlphaMode::blend;
+    half.alpha = 0.5f;
+    const std::uint32_t material = test::add_material(scene, half);
+    const Mesh sheet = test::parallelogram({-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+    const std::uint32_t mesh = test::add_mesh(scene, sheet, material);
+    if (!shared) test::add_mesh(scene, sheet, material);
+    if (shared) scene.instances.push_back({mesh, Affine(1)});
+    scene.instances[1].to_world[3].z = 0.5f;
+    const auto prepared = test::prepared(std::move(scene));
+    double through = 0;
+    Rng rng(7, RngPurpose::pilot, 0, 0);
+    constexpr int kRays = 20'000;
+    for (int i = 0; i < kRays; ++i) {
+      const Vec2 at = 2.0f * rng.next2() - 1.0f;
+      through += !prepared->accel.intersect({{at, 1}, {0, 0, -1}}).found() / static_cast<double>(kRays);
+    }
+    EXPECT_NEAR(through, 0.25, 4.1 * std::sqrt(0.25 * 0.75 / kRays)) << shared;
+  }
+}
+
 TEST(Surface, LookupAppliesTheSlotsTransformAndUvSet) {
   Scene scene;
   scene.images.push_back({.width = 2, .height = 1, .u8 = {0, 0, 0, 255, 255, 255, 255, 255}});
