@@ -70,16 +70,20 @@ void add(std::array<ExactSum, 3>* sums, std::span<const Rgb> values) {
   add(reinterpret_cast<ExactSum*>(sums), reinterpret_cast<const float*>(values.data()), 3 * values.size());
 }
 
-void add(Film::BandSums* sums, std::span<const Bands> bands) {
-  constexpr std::size_t kNumbers = 4 * kBands;
-  static_assert(sizeof *sums == kNumbers * sizeof(ExactSum) && sizeof(Bands) == kNumbers * sizeof(float));
-  add(reinterpret_cast<ExactSum*>(sums), reinterpret_cast<const float*>(bands.data()), kNumbers * bands.size());
+// The root of a variance. Noise beyond what fits is told too small: there is light all the same.
+float deviation(float variance) {
+  constexpr float kMost = kLargestSummand * (1 - 0x1p-24f);
+  return std::min(std::sqrt(variance), kMost);
 }
 
-// Noise beyond what fits is told too small: there is light all the same.
-void bound_variance(Bands& bands) {
-  constexpr float kMost = kLargestSummand * (1 - 0x1p-24f);
-  for (float& variance : bands.variance) variance = std::min(variance, kMost);
+// Variances are sums of squares: light that is a billion times as bright or as dim leaves the range of values otherwise.
+void add(Film::BandSums* sums, std::span<const Bands> bands) {
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    std::array<float, kBands> deviations;
+    std::ranges::transform(bands[i].variance, deviations.begin(), deviation);
+    add(sums[i].value[0].data(), &bands[i].value[0].x, 3 * kBands);
+    add_squares(sums[i].variance.data(), deviations.data(), kBands);
+  }
 }
 
 // Adds row y of a pass, black where its values do not fit. Returns how many do not.
@@ -93,7 +97,6 @@ std::uint64_t add_row(Film& film, Film::Sums& sum, const PassImage& image, std::
   std::uint64_t rejected = 0;
   for (std::size_t i = 0; i < width; ++i) {
     const bool fine = fits(radiance[i]) && (bands.empty() || fits(bands[i]));
-    if (!bands.empty()) bound_variance(bands[i]);
     if (fine) continue;
     radiance[i] = Rgb(0);
     if (!bands.empty()) bands[i] = {};

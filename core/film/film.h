@@ -32,7 +32,7 @@ struct Film {
 
   struct BandSums {
     std::array<std::array<ExactSum, 3>, kBands> value;
-    std::array<ExactSum, kBands> variance;
+    std::array<ExactSquareSum, kBands> variance;
   };
 
   /// A block of which some passes are missing.

@@ -91,20 +91,20 @@ struct BandPicture {
 
  private:
   void set_row(const Film& film, std::size_t y) {
-    constexpr std::size_t kNumbers = 4 * kBands;
-    static_assert(sizeof(Film::BandSums) == kNumbers * sizeof(ExactSum));
     const auto width = static_cast<std::size_t>(film.width);
-    std::vector<double> sums(kNumbers * width);
-    values(film.bands[y * width].value[0].data(), sums.data(), sums.size());
-    const double passes = film.pass_count();
+    const double per_pass = 1.0 / film.pass_count();
+    std::array<double, 3 * kBands> value;
+    std::array<double, kBands> noise;
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t i = y * width + x;
-      const double* const sum = &sums[kNumbers * x];
+      values(film.bands[i].value[0].data(), value.data(), value.size());
+      values(film.bands[i].variance.data(), noise.data(), noise.size());
       for (std::size_t band = 0; band < kBands; ++band) {
-        const Rgb m(sum[3 * band] / passes, sum[3 * band + 1] / passes, sum[3 * band + 2] / passes);
+        const double* const v = &value[3 * band];
+        const Rgb m(v[0] * per_pass, v[1] * per_pass, v[2] * per_pass);
         mean[i][band] = m;
         energy[band][i] = glm::dot(m, m);
-        variance[band][i] = static_cast<float>(sum[3 * kBands + band] / (passes * passes));
+        variance[band][i] = static_cast<float>(noise[band] * per_pass * per_pass);
       }
     }
   }

@@ -9,7 +9,7 @@
 namespace photond {
 namespace {
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::uint32_t kMaxIdentity = 1u << 20;  // bytes; an identity has about two thousand
 
 struct Header {

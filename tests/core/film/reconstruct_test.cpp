@@ -93,6 +93,31 @@ TEST(Reconstruct, ConvergesWhereTheWidestRadiusDoesNot) {
   }
 }
 
+// A lamp of a billionth and one of a billion times the power give the same picture but for that: what is noise is told by
+// squares, whose range is twice as wide.
+TEST(Reconstruct, IsTheSamePictureAtAnyPower) {
+  const PhotonPlane plane{.side = kSide, .radius = 12, .density = step};
+  const auto picture = [&](float power) {
+    Film film(kSide, kSide);
+    for (std::uint32_t p = 0; p < 4; ++p) {
+      PassImage pass = plane.pass(6, p);
+      for (Rgb& pixel : pass.radiance.pixels) pixel *= power;
+      for (Bands& bands : pass.bands) {
+        for (Rgb& value : bands.value) value *= power;
+        for (float& variance : bands.variance) variance *= power * power;
+      }
+      add_pass(film, p, pass);
+    }
+    EXPECT_EQ(film.rejected, 0u);
+    return film_picture(film);
+  };
+  const Image one = picture(1);
+  for (const float power : {0x1p-30f, 0x1p30f}) {
+    const Image other = picture(power);
+    for (std::size_t i = 0; i < one.pixels.size(); ++i) ASSERT_NEAR(other.pixels[i].x / power, one.pixels[i].x, 1e-4f);
+  }
+}
+
 /// Bands without noise are added whole wherever they hold anything.
 TEST(Reconstruct, SharesAreOneWithoutNoise) {
   Film film(16, 16);
