@@ -196,7 +196,7 @@ Rgb Bsdf::eval_glass(const Vec3& wi, Transport transport) const {
     const Vec3 h = glm::normalize(wo_ + reflected);
     const float fresnel = glass_reflectance(glm::dot(wo_, h), cos_t);
     const float common = ggx_d(h, alpha_) * ggx_g2(wo_, reflected, alpha_) / (4 * wo_.z * reflected.z);
-    const Rgb part = wi.z > 0 ? glass_specular_ * fresnel : glass_tint_ * (1 - max_component(glass_specular_) * fresnel);
+    const Rgb part = wi.z > 0 ? glass_reflected(cos_t) * fresnel : glass_tint_ * (1 - max_component(glass_specular_) * fresnel);
     return glass_weight_ * common * part;
   }
   Vec3 h = wo_ + eta_ * wi;
@@ -347,7 +347,7 @@ bool Bsdf::sample_smooth_glass(float choice, LobeMask mask, Transport transport,
   out.transmitted = !reflected;
   const float scale = glass_weight_ / selection(kGlassLobe, mask);
   if (reflected) {
-    out.weight = scale * glass_specular_;
+    out.weight = scale * glass_reflected(cos_t);
   } else {
     const float through = (1 - max_component(glass_specular_) * fresnel) / (1 - fresnel);
     const bool compressed = transport == Transport::radiance && !thin_;

@@ -84,6 +84,8 @@ class Bsdf {
   Rgb eval_glass(const Vec3& wi, Transport transport) const;
   float pdf_glass(const Vec3& wi) const;
   float glass_reflectance(float cos_h, float& cos_t) const;
+  // What is kept of that: all where nothing can leave.
+  Rgb glass_reflected(float cos_t) const { return cos_t > 0 ? glass_specular_ : Rgb(1); }
 
   // These fill in what their caller returns, and are false where nothing is scattered: copies of a sample made
   // member by member stall on their stores.

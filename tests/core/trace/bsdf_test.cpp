@@ -153,6 +153,17 @@ TEST(BsdfEnergy, SmoothGlassLosesNothing) {
   }
 }
 
+// What cannot leave glass is reflected, however little of its reflection a file wants: nothing else could become of it.
+TEST(BsdfEnergy, TotalReflectionIsTotal) {
+  for (const float roughness : {0.0f, 0.1f}) {
+    Material dull = test::glass(1.5f);
+    dull.roughness = roughness;
+    dull.specular = 0;
+    const Plane setup(dull, false);
+    EXPECT_NEAR(albedo(setup.bsdf(direction(65)), Transport::flux).mean, 1, 0.005) << roughness;
+  }
+}
+
 // Radiance is compressed by the square of the index: seen from outside, T/η² + R.
 TEST(BsdfEnergy, RefractionScalesRadianceByTheIndexSquared) {
   const Plane setup(test::glass(1.5f));
