@@ -289,7 +289,7 @@ class Shooter {
       return false;
     }
     if ((sample->lobe & gathered) != 0) walk.map = kGlobal;
-    walk.medium.cross(scene_.scene, surface, *sample);
+    walk.medium.cross(scene_.scene, surface, sample->transmitted);
     if (sample->transmitted) walk.etendue /= compression(*surface.material, surface.front);
     walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);
     walk.ray.direction = sample->wi;

@@ -30,7 +30,7 @@ void continue_by(const Scene& scene, CameraPath& path, const SurfacePoint& surfa
     path.ratio *= compression(*surface.material, surface.front);
   }
   path.chained = path.shared;
-  path.medium.cross(scene, surface, sample);
+  path.medium.cross(scene, surface, sample.transmitted);
   path.last_pdf = sample.pdf_w;
   path.ray = spawn_ray(surface, sample.wi);
 }

@@ -30,6 +30,13 @@ struct Incoming {
   Rgb light{0};
 };
 
+// The volumes through which light comes from `wi`: those that the path would be in had it gone on that way.
+Medium way_from(const Receiver& r, const Vec3& wi) {
+  Medium medium = r.path.medium;
+  medium.cross(r.scene.scene, r.surface, glm::dot(wi, r.surface.ng) < 0);
+  return medium;
+}
+
 Incoming sample_light(const Receiver& r, const Vec3& u) {
   const DirectSample light = r.scene.lights.sample_direct(r.scene.scene, r.surface.position, u);
   if (is_black(light.radiance)) return {};
@@ -46,8 +53,9 @@ Incoming sample_light(const Receiver& r, const Vec3& u) {
   const Vec3 from = spawn_point(r.surface.position, r.surface.ng, r.surface.extent, light.wi);
   const Ray ray = light.infinite ? Ray{from, light.wi} : Ray{from, light.target - from, 1};
   Rgb contribution = r.path.throughput * f * light.radiance * std::abs(glm::dot(light.wi, r.surface.ns));
-  if (r.path.medium.active() && !light.infinite) {
-    contribution *= r.path.medium.transmittance(r.scene.scene, glm::distance(from, light.target));
+  const bool in_volumes = r.path.medium.active() || r.surface.material->transmission > 0;
+  if (in_volumes && !light.infinite) {
+    contribution *= way_from(r, light.wi).transmittance(r.scene.scene, glm::distance(from, light.target));
   }
   return {ray, contribution};
 }

@@ -37,7 +37,7 @@ void PathWalks::begin(std::span<const Ray> rays, std::span<const CameraSampler> 
     }
     const std::size_t i = begun_++;
     const Hit hit = camera_hits_[i % kLanes];
-    paths_.begin(count_, rays[i], samplers[i], static_cast<std::uint32_t>(i), settings_.start);
+    paths_.begin(count_, rays[i], samplers[i], static_cast<std::uint32_t>(i), start_of(scene_, settings_, rays[i]));
     if (hit.found()) {
       hits_.set(count_++, hit);
     } else {

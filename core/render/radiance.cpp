@@ -37,7 +37,7 @@ class RadianceWalks {
   void start(Walk& walk, std::uint32_t sample, const Ray& ray, const CameraSampler& sampler) const {
     walk.path = {};
     walk.path.ray = ray;
-    walk.path.medium = settings_.start;
+    walk.path.medium = start_of(scene_, settings_, ray);
     walk.path.footprint = settings_.pixel_width;
     walk.path.spread = settings_.pixel_spread;
     walk.rng = sampler;

@@ -9,7 +9,7 @@
 #include "core/photon/guide.h"
 #include "core/photon/photon_maps.h"
 #include "core/render/camera_sampler.h"
-#include "core/trace/medium.h"
+#include "core/trace/enclosing.h"
 
 namespace photond {
 
@@ -38,7 +38,13 @@ struct RadianceSettings {
   std::uint32_t nearest = 64;            ///< k
   std::uint32_t max_depth = 65'536;      ///< bounces of a path
   Medium start;                          ///< the volumes around the rays' origins
+  bool apart = false;                    ///< or these lie in volumes of their own, to be found
 };
+
+/// The volumes in which a ray from the camera starts.
+inline Medium start_of(const PreparedScene& scene, const RadianceSettings& settings, const Ray& ray) {
+  return settings.apart ? enclosing(scene.scene, scene.accel, ray.origin) : settings.start;
+}
 
 /// An estimate of radiance in W·m⁻²·sr⁻¹.
 struct RadianceSample {

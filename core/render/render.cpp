@@ -46,6 +46,7 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
   settings.nearest = task.settings.gather_photons;
   settings.max_depth = task.settings.max_depth;
   settings.start = task.start;
+  settings.apart = task.camera.orthographic && has_absorption(task.scene->scene);
   if (!task.plan.uses_maps) return settings;
   if (task.plan.method != Method::photon_map) {
     settings.technique = task.plan.method == Method::hybrid ? Technique::merge : Technique::density;
@@ -121,7 +122,9 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
   Result<Plan> plan = make_plan(*scene, settings, execution);
   if (!plan) return plan.error();
   RenderTask task{std::move(scene), std::move(moved), photons, settings, std::move(plan).value(), nullptr, {}};
-  task.start = enclosing(task.scene->scene, task.scene->accel, Vec3(task.camera.to_world[3]));
+  if (has_absorption(task.scene->scene)) {
+    task.start = enclosing(task.scene->scene, task.scene->accel, Vec3(task.camera.to_world[3]));
+  }
   if (task.plan.uses_maps) {
     auto guide = guides(*task.scene, guide_key(task.scene->digest, photons), execution);
     if (!guide) return guide.error();

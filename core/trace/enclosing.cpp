@@ -15,7 +15,6 @@ bool has_absorption(const Scene& scene) {
 
 Medium enclosing(const Scene& scene, const Accel& accel, const Vec3& point) {
   Medium medium;
-  if (!has_absorption(scene)) return medium;
   constexpr int kMostFaces = 256;
   Ray ray{point, glm::normalize(Vec3(0.36f, 0.79f, 0.51f))};   // along no axis: edges are where models are symmetric
   std::vector<const Material*> crossed, around;   // entered since the start; left without, from the innermost on

@@ -8,7 +8,7 @@ namespace photond {
 /// Whether any surface is the border of a volume that absorbs: only then need a path know where it starts.
 bool has_absorption(const Scene& scene);
 
-/// The volumes around a point, by the faces that a ray from there meets. None where nothing absorbs.
+/// The volumes around a point, by the faces that a ray from there meets. To be asked where anything absorbs.
 Medium enclosing(const Scene& scene, const Accel& accel, const Vec3& point);
 
 }  // namespace photond

@@ -68,7 +68,7 @@ struct Pilot {
       const auto sample = bsdf.sample({u, rng.next()}, kAllLobes, Transport::flux);
       if (!sample || (sample->lobe & gathered) != 0) return 0;
       flux *= sample->weight;
-      medium.cross(scene, surface, *sample);
+      medium.cross(scene, surface, sample->transmitted);
       ray = spawn_ray(surface, sample->wi);
     }
     return 0;

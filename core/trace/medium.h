@@ -40,11 +40,11 @@ class Medium {
 
   /// Follows a scattering event: refraction at a front face enters the volume, at a back face leaves it, and what is
   /// reflected at a back face is within.
-  void cross(const Scene& scene, const SurfacePoint& surface, const BsdfSample& sample) {
+  void cross(const Scene& scene, const SurfacePoint& surface, bool transmitted) {
     if (surface.material->thin_walled || (surface.material->transmission == 0)) return;
-    if (sample.transmitted && !surface.front) return leave(scene, *surface.material);
-    const bool noticed = !sample.transmitted && !surface.front && !active();
-    if (sample.transmitted || noticed) enter(scene, *surface.material);
+    if (transmitted && !surface.front) return leave(scene, *surface.material);
+    const bool noticed = !transmitted && !surface.front && !active();
+    if (transmitted || noticed) enter(scene, *surface.material);
   }
 
   /// Goes into one more volume, of a material of the scene.

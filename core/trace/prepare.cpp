@@ -125,14 +125,14 @@ std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
 }
 
-// Those of a shape by its first triangle; light from infinity is in none.
-std::vector<Medium> light_media(const PreparedScene& scene) {
-  std::vector<Medium> media;
-  if (!has_absorption(scene.scene)) return media;
-  for (const LightGroup& group : scene.lights.groups()) {
-    const std::optional<Vec3> place = scene.lights.place(scene.scene, group.first);
-    media.insert(media.end(), group.count, place ? enclosing(scene.scene, scene.accel, *place) : Medium());
-  }
+// Light from infinity is in none.
+std::vector<Medium> light_media(const PreparedScene& scene, const Execution& execution) {
+  if (!has_absorption(scene.scene)) return {};
+  std::vector<Medium> media(scene.lights.size());
+  parallel_for(execution, media.size(), 64, [&](std::size_t i) {
+    const std::optional<Vec3> place = scene.lights.place(scene.scene, static_cast<std::uint32_t>(i));
+    if (place) media[i] = enclosing(scene.scene, scene.accel, *place);
+  });
   return media;
 }
 
@@ -175,7 +175,7 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
                             : execution.arena->execute([&] { return Accel::build(prepared->scene); });
   if (!accel) return accel.error();
   prepared->accel = std::move(accel).value();
-  prepared->light_media = light_media(*prepared);
+  prepared->light_media = light_media(*prepared, execution);
   prepared->domain = find_domains(prepared->scene, prepared->bounds, prepared->accel, prepared->lights, execution);
   prepared->aim = learn_aim(prepared->scene, prepared->accel, prepared->lights, execution);
   // By the root: pictures profit by less noise, and by more passes in the same time.

@@ -34,5 +34,56 @@ TEST(Volumes, AbsorbWhatStaysWithinThem) {
   }
 }
 
+// Light that is sampled through the rough border of a volume has the rest of its way in what lies beyond. Paths end after
+// one bounce: a point in the middle of a ball is seen at its border after one metre in it, one outside from within after
+// the two that the path from the camera has been in it. What absorbs halves that light once a metre, no more, no less.
+TEST(Volumes, AbsorbLightThatIsSampledThroughTheirBorder) {
+  const auto seen = [](float distance, const Vec3& from, const Vec3& light) {
+    Scene scene = empty_scene();
+    Material frosted = glass(1.3f);
+    frosted.roughness = 0.7f;
+    frosted.attenuation_color = Rgb(0.5f);
+    frosted.attenuation_distance = distance;
+    add_mesh(scene, sphere({0, 0, 0}, 1), add_material(scene, frosted));
+    add_point_light(scene, light, Rgb(10));
+    return see(prepared(std::move(scene)), Method::path, 1, {.from = from, .at = {0, 0, 0}, .passes = 2, .max_depth = 1})[0].mean;
+  };
+  const Vec3 outside{0.3f, 3, 0.4f}, middle{0}, within{0.1f, 0.9f, 0.1f}, below{0.3f, -5, 0.2f};
+  const double clear_in = seen(kInfinity, outside, middle), clear_out = seen(kInfinity, within, below);
+  ASSERT_GT(clear_in, 0);
+  ASSERT_GT(clear_out, 0);
+  EXPECT_NEAR(seen(1, outside, middle) / clear_in, 0.5, 0.002);    // facets lie up to .5 % deeper
+  EXPECT_NEAR(seen(1, within, below) / clear_out, std::exp2(-1.9), 0.02);
+}
+
+// Rays of an orthographic camera start beside one another: one in a liquid, the next not.
+TEST(Volumes, OrthographicCamerasMayStandInSeveral) {
+  Scene scene = empty_scene();
+  Material liquid = glass(1);
+  liquid.attenuation_color = Rgb(0.5f);
+  liquid.attenuation_distance = 1;
+  add_mesh(scene, box({0, -2, -2}, {2, 2, 2}), add_material(scene, liquid));
+  for (const float x : {-1.0f, 1.0f}) {
+    add_mesh(scene, parallelogram({x - 0.8f, -1, 0}, {1.6f, 0, 0}, {0, 2, 0}), add_material(scene, emitter(Rgb(1))));
+  }
+  Camera camera = photond::look_at({-0.1f, 0, 1}, {-0.1f, 0, 0}, {0, 1, 0}, 1);
+  camera.orthographic = true;
+  camera.ymag = 0.7f;
+  const auto room = prepared(std::move(scene));
+  for (const Method method : kMethods) {
+    RenderSettings settings;
+    settings.method = method;
+    settings.width = settings.height = 8;
+    const auto task = make_render_task(room, camera, {1000, 1}, settings, Execution{});
+    ASSERT_TRUE(task.ok());
+    const auto image = render_pass(*task, 0, [&](const MapKey& key, const Execution& e) {
+      return build_photon_maps(*room, key, e);
+    }, Execution{});
+    ASSERT_TRUE(image.ok());
+    EXPECT_NEAR(image->radiance.pixels[0].x, 1, 1e-5f) << method_name(method);
+    EXPECT_NEAR(image->radiance.pixels[7].x, 0.5, 1e-3f) << method_name(method);
+  }
+}
+
 }  // namespace
 }  // namespace photond

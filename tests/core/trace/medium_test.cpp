@@ -32,9 +32,7 @@ void follow(Medium& medium, const Scene& scene, std::size_t material, Event even
   SurfacePoint surface{};
   surface.material = &scene.materials[material];
   surface.front = event == Event::enter;
-  BsdfSample sample{};
-  sample.transmitted = event != Event::reflect_within;
-  medium.cross(scene, surface, sample);
+  medium.cross(scene, surface, event != Event::reflect_within);
 }
 
 TEST(Medium, IsWhatThePathHasEnteredLast) {
@@ -75,6 +73,20 @@ TEST(Medium, OutgrowsNothing) {
   Medium medium;
   for (int i = 0; i < 10; ++i) follow(medium, scene, scene.meshes[0].material, Event::enter);
   EXPECT_EQ(medium.transmittance(scene, 1), Rgb(0.5f, 0.25f, 1));
+}
+
+// A lamp of one mesh, of which a part hangs in the tank, another in the air.
+TEST(Medium, EnclosesEachPartOfALamp) {
+  Scene scene = tank();
+  Mesh lamp = test::parallelogram({-3, -3, -3}, {0.5f, 0, 0}, {0, 0.5f, 0});
+  const Mesh other = test::parallelogram({5, 5, 5}, {0.5f, 0, 0}, {0, 0.5f, 0});
+  lamp.positions.insert(lamp.positions.end(), other.positions.begin(), other.positions.end());
+  lamp.triangles.insert(lamp.triangles.end(), {{4, 5, 6}, {4, 6, 7}});
+  lamp.uv[0].clear();
+  test::add_mesh(scene, lamp, test::add_material(scene, test::emitter(Rgb(1))));
+  const auto room = test::prepared(std::move(scene));
+  ASSERT_EQ(room->light_media.size(), 4u);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(room->light_media[static_cast<std::size_t>(i)].active(), i < 2) << i;
 }
 
 TEST(Medium, EnclosesWhatLiesWithin) {
