@@ -85,16 +85,15 @@ inline Vec3 square_to_sphere(const Vec2& u) {
 }
 inline constexpr float kSpherePdf = 1 / (4 * kPi);
 
-/// Uniform in the cone around +z with the given cosine of its half angle.
-inline Vec3 square_to_cone(const Vec2& u, float cos_max) {
-  // 1 − cos θ keeps its relative precision for narrow cones.
-  const float h = u.x * (1 - cos_max);
+/// Uniform in the cone around +z; `height` is 1 − cos of its half angle, which is precise for narrow cones, too.
+inline Vec3 square_to_cone(const Vec2& u, float height) {
+  const float h = u.x * height;
   const float r = std::sqrt(std::max(0.0f, h * (2 - h)));
   const float phi = 2 * kPi * u.y;
   return {r * std::cos(phi), r * std::sin(phi), 1 - h};
 }
 /// Its density per solid angle inside the cone.
-inline float square_to_cone_pdf(float cos_max) { return 1 / (2 * kPi * (1 - cos_max)); }
+inline float square_to_cone_pdf(float height) { return 1 / (2 * kPi * height); }
 
 /// Uniform on a triangle: the weights of its second and third vertex; density 1/area.
 inline Vec2 square_to_triangle(const Vec2& u) {

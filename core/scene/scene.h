@@ -69,14 +69,21 @@ struct PunctualLight {
   Vec3 position{0};
   Vec3 direction{0, 0, -1};         ///< unit; the way the light shines (spot, directional)
   Rgb intensity{1};                 ///< W·sr⁻¹ (point, spot) or W·m⁻² (directional): colour × intensity
-  float cos_inner = 1;              ///< spot: full intensity inside
-  float cos_outer = 0.70710678f;    ///< spot: none outside
+  double cos_inner = 1;             ///< spot: full intensity inside
+  double cos_outer = 0.70710678;    ///< spot: none outside
 
-  /// glTF's cone attenuation: the square of the cosine's position between outer and inner angle; 1 but for spots.
-  float attenuation(float cos_angle) const {
+  /// 1 − cos of a spot's angles, which keeps its digits where a beam is narrow.
+  float inner_height() const { return static_cast<float>(1 - cos_inner); }
+  float outer_height() const { return static_cast<float>(1 - cos_outer); }
+  /// glTF's cone attenuation in a unit direction away from the light: the square of the cosine's position between outer
+  /// and inner angle; 1 but for spots.
+  float attenuation(const Vec3& away) const {
     if (type != LightType::spot) return 1;
-    const float range = std::max(cos_inner - cos_outer, 1e-4f);
-    const float t = std::clamp((cos_angle - cos_outer) / range, 0.0f, 1.0f);
+    const Vec3 beside = away - direction;
+    const float height = 0.5f * glm::dot(beside, beside);
+    if (height <= inner_height()) return 1;
+    if (height >= outer_height()) return 0;
+    const float t = (outer_height() - height) / (outer_height() - inner_height());
     return t * t;
   }
 };

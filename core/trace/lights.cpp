@@ -1,5 +1,6 @@
 #include "core/trace/lights.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -30,13 +31,33 @@ EmitterTriangle emitter_triangle(const Scene& scene, std::uint32_t instance, std
   return emitter;
 }
 
+// The power of a spot of intensity 1.
+double cone_power(const PunctualLight& spot) {
+  return 2 * kPi * ((1 - spot.cos_inner) + (spot.cos_inner - spot.cos_outer) / 3);
+}
+
+// Share of a spot's power that goes towards the ball, by a stratified look, where that fills less than its cone; else 1.
+float share_towards(const PunctualLight& spot, const Ball& ball) {
+  const Vec3 to_center = ball.center - spot.position;
+  const float height = cap_height(to_center, ball.radius);
+  if (!(height < spot.outer_height())) return 1;
+  static constexpr int kSide = 16;
+  double sum = 0;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const Vec2 u{(static_cast<float>(i % kSide) + 0.5f) / kSide, (static_cast<float>(i / kSide) + 0.5f) / kSide};
+    sum += static_cast<double>(spot.attenuation(square_to_ball(u, to_center, ball.radius))) / (kSide * kSide);
+  }
+  const auto share = static_cast<float>(2 * kPi * static_cast<double>(height) * sum / cone_power(spot));
+  return share > 0 ? std::min(share, 1.0f) : 1;
+}
+
 double punctual_power(const PunctualLight& light, const BoxLines& bounds) {
   const double intensity = mean(light.intensity);
   switch (light.type) {
     case LightType::point:
       return 4 * kPi * intensity;
     case LightType::spot:
-      return 2 * kPi * intensity * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) / 3.0);
+      return intensity * cone_power(light);
     case LightType::directional:
       return bounds.area(light.direction) * intensity;
   }
@@ -56,8 +77,10 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
   }
   for (std::uint32_t i = 0; i < scene.lights.size(); ++i) {
     const PunctualLight& light = scene.lights[i];
-    add({Light::Kind::punctual, 0, i}, punctual_power(light, bounds_),
-        light.type == LightType::point ? share_towards_bounds(light.position) : 1);
+    const float sent = light.type == LightType::point  ? share_towards_bounds(light.position)
+                       : light.type == LightType::spot ? share_towards(light, ball_)
+                                                       : 1;
+    add({Light::Kind::punctual, 0, i}, punctual_power(light, bounds_), sent);
   }
   if (scene.environment.active()) {
     environment_ = static_cast<std::int64_t>(lights_.size());

@@ -20,7 +20,7 @@ DirectSample sample_punctual(const PunctualLight& light, const Vec3& point, floa
   const float distance_sq = glm::dot(to_light, to_light);
   if (!(distance_sq > 0)) return {};
   sample.wi = to_light / std::sqrt(distance_sq);
-  const float attenuation = light.attenuation(-glm::dot(light.direction, sample.wi));
+  const float attenuation = light.attenuation(-sample.wi);
   sample.radiance = light.intensity * (attenuation / (distance_sq * choice));
   sample.target = light.position;
   return sample;

@@ -127,29 +127,29 @@ Ray Lights::ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, f
 
 EmissionSample Lights::emit_point(const PunctualLight& light, float choice, float sent, const Aim& aim, Rng& rng) const {
   const bool spot = light.type == LightType::spot;
-  const float ordinary = spot ? square_to_cone_pdf(light.cos_outer) : kSpherePdf / sent;
+  const bool towards = sent < 1;   // the scene's bounds
+  const Vec3 to_center = ball_.center - light.position;
+  const float ordinary = towards ? square_to_cone_pdf(cap_height(to_center, ball_.radius))
+                         : spot  ? square_to_cone_pdf(light.outer_height())
+                                 : kSpherePdf;
   std::uint32_t drawn = Aim::kNone;
   Vec3 direction;
   if (aim.draw(rng)) {
     drawn = aim.choose(rng.next());
     direction = aim.direction(light.position, drawn, rng.next2());
+  } else if (towards) {
+    direction = square_to_ball(rng.next2(), to_center, ball_.radius);
   } else if (spot) {
-    direction = Frame(light.direction).to_world(square_to_cone(rng.next2(), light.cos_outer));
-  } else if (sent < 1) {
-    direction = square_to_ball(rng.next2(), ball_.center - light.position, ball_.radius);
+    direction = Frame(light.direction).to_world(square_to_cone(rng.next2(), light.outer_height()));
   } else {
     direction = square_to_sphere(rng.next2());
   }
-  const float cosine = glm::dot(direction, light.direction);
-  if (drawn != Aim::kNone) {
-    const bool sent_there = spot ? cosine >= light.cos_outer : sent == 1 || meets(ball_, light.position, direction);
-    if (!sent_there) return {{light.position, direction}};
-  }
+  if (drawn != Aim::kNone && towards && !meets(ball_, light.position, direction)) return {{light.position, direction}};
   float pdf_w = ordinary;
   if (aim.share() > 0) {
     pdf_w = (1 - aim.share()) * ordinary + aim.share() * aim.pdf_w(light.position, direction, drawn);
   }
-  return {{light.position, direction}, light.intensity * (light.attenuation(cosine) / (pdf_w * choice))};
+  return {{light.position, direction}, light.intensity * (light.attenuation(direction) / (pdf_w * choice))};
 }
 
 EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, const Aim& aim, Rng& rng) const {

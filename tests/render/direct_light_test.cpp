@@ -63,6 +63,27 @@ TEST(HardCase, SpotLight05) {
   }
 }
 
+// However narrow a beam is, it has its full intensity within the inner cone: light of a pointer, of .1 to 10 milliradians.
+TEST(DirectLight, NarrowBeamsAreAsBrightAsWideOnes) {
+  for (const float angle : {1e-4f, 1e-3f, 1e-2f}) {
+    Floor floor;
+    PunctualLight spot;
+    spot.type = LightType::spot;
+    spot.position = {0, 0, 1};
+    spot.cos_inner = std::cos(static_cast<double>(angle));
+    spot.cos_outer = std::cos(1.5 * static_cast<double>(angle));
+    spot.intensity = Rgb(2);
+    floor.scene.lights.push_back(spot);
+    const auto room = prepared(std::move(floor.scene));
+    const Sample seen = see(room, Method::path, 1, {.from = {0, 0.5f * angle, 0.5f}, .at = {0, 0.5f * angle, 0}})[0];
+    EXPECT_NEAR(seen.mean, 0.5 / kPiD * 2, 1e-4) << angle;
+    // π I [a² + (b² − a²)/3] of a cone so narrow.
+    const double power = kPiD * 2 * static_cast<double>(angle) * static_cast<double>(angle) * (1 + 1.25 / 3);
+    const EnergyLedger ledger = shoot_maps(*room, 20'000, 1)->ledger;
+    EXPECT_NEAR(ledger.emitted / power, 1, 0.02) << angle;
+  }
+}
+
 TEST(HardCase, DirectionalLight05) {
   HardCase c(5, "point light above a plane");
   Floor floor;

@@ -76,8 +76,8 @@ Status add_light(Build& build, const tinygltf::Node& node, int index, const glm:
   if (from.type == "directional") light.type = LightType::directional;
   if (from.type == "spot") {
     light.type = LightType::spot;
-    light.cos_inner = static_cast<float>(std::cos(from.spot.innerConeAngle));
-    light.cos_outer = static_cast<float>(std::cos(from.spot.outerConeAngle));
+    light.cos_inner = std::cos(from.spot.innerConeAngle);
+    light.cos_outer = std::cos(from.spot.outerConeAngle);
   }
   build.scene.lights.push_back(std::move(light));
   return Done{};

@@ -32,8 +32,8 @@ TEST(Warp, SphereIsUniform) {
 TEST(Warp, ConeIsUniformInside) {
   // On a cell boundary of the histogram in θ, so that the quadrature meets no edge.
   const float cos_max = std::cos(kPi / 4);
-  EXPECT_GT(chi2_sphere([&](Rng& rng) { return square_to_cone(rng.next2(), cos_max); },
-                        [&](const Vec3& w) { return w.z > cos_max ? square_to_cone_pdf(cos_max) : 0; }),
+  EXPECT_GT(chi2_sphere([&](Rng& rng) { return square_to_cone(rng.next2(), 1 - cos_max); },
+                        [&](const Vec3& w) { return w.z > cos_max ? square_to_cone_pdf(1 - cos_max) : 0; }),
             kSignificance);
 }
 

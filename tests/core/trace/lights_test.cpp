@@ -148,6 +148,35 @@ TEST(Lights, PathsOfFarPointsLeaveTowardsTheScene) {
   }
 }
 
+// A spot that shines past the same square on all sides, partly on it, or from within the bounding sphere.
+TEST(Lights, PathsOfFarSpotsLeaveTowardsTheScene) {
+  for (const Vec3& from : {Vec3(1, 0.5f, 1), Vec3(1, 30, 1), Vec3(20, 30, 1)}) {
+    Scene scene = test::empty_scene();
+    test::add_mesh(scene, test::parallelogram({0, 0, 0}, {0, 0, 2}, {2, 0, 0}), test::add_material(scene, test::lambert(Rgb(1))));
+    const PunctualLight spot = test::spot_light(from, Vec3(4, 0, 1) - from, 0.99f, 0.8f, 5);
+    scene.lights.push_back(spot);
+    const auto prepared = test::prepared(std::move(scene));
+    const Lights& lights = prepared->lights;
+    double met = 0, sent = 0;
+    const test::Sample flux = test::draw(100'000, [&](Rng& rng) {
+      const EmissionSample s = lights.sample_emission(prepared->scene, rng);
+      sent += static_cast<double>(s.flux.x) * (1 + static_cast<double>(lights.unsent(0))) / 100'000;
+      const bool found = prepared->accel.intersect(s.ray).found();
+      met += found ? 1.0 / 100'000 : 0;
+      return found ? static_cast<double>(s.flux.x) : 0;
+    });
+    const test::Sample expected = test::draw(100'000, [&](Rng& rng) {
+      const Vec3 to = Vec3(2 * rng.next(), 0, 2 * rng.next()) - from;
+      const float distance_sq = glm::dot(to, to), distance = std::sqrt(distance_sq);
+      return 4.0 * static_cast<double>(5 * spot.attenuation(to / distance) * -to.y / (distance_sq * distance));
+    });
+    EXPECT_NEAR(flux.mean, expected.mean, 4.1 * std::hypot(flux.standard_error(), expected.standard_error())) << from.x;
+    const double power = 10 * kPi * ((1 - spot.cos_inner) + (spot.cos_inner - spot.cos_outer) / 3);
+    EXPECT_NEAR(sent / power, 1, 0.03) << from.x;
+    EXPECT_TRUE(from.y < 1 || met > 0.3) << from.x << ": " << met;
+  }
+}
+
 // What arrives decides: of two points that light a place alike, neither is chosen more often for being far and strong.
 TEST(Lights, FarPointsAreChosenByWhatArrives) {
   Scene scene = test::empty_scene();
