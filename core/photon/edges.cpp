@@ -29,13 +29,14 @@ void add_sides(const Scene& scene, const Instance& placed, std::vector<Side>& si
     const Vec3 p[3] = {transform_point(placed.to_world, mesh.positions[t.x]),
                        transform_point(placed.to_world, mesh.positions[t.y]),
                        transform_point(placed.to_world, mesh.positions[t.z])};
-    const Vec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
-    const float length = glm::length(normal);
+    // In double, as squares of the largest areas and of the smallest are no floats.
+    const glm::dvec3 normal = glm::cross(glm::dvec3(p[1] - p[0]), glm::dvec3(p[2] - p[0]));
+    const double length = glm::length(normal);
     if (!(length > 0)) continue;
     for (int k = 0; k < 3; ++k) {
       Vec3 a = p[k], b = p[(k + 1) % 3];
       if (key(b) < key(a)) std::swap(a, b);
-      sides.push_back({a, b, normal / length});
+      sides.push_back({a, b, Vec3(normal / length)});
     }
   }
 }

@@ -9,7 +9,7 @@ namespace photond {
 namespace {
 
 // Raised with every change of what the sections are.
-constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kVersion = 5;
 
 // What stands in a file beside arrays.
 struct MapsHead {

@@ -105,7 +105,7 @@ Result<std::shared_ptr<const PhotonMaps>> build_photon_maps(const PreparedScene&
   const double share = key.set == PhotonSet::caustic ? scene.lights.casting_share() : 1;
   if (share > 0) maps->emitted /= share;   // without such lights there are no photons
   maps->ledger = harvest.ledger;
-  scale(maps->ledger, 1 / maps->emitted);
+  scale(maps->ledger, static_cast<double>(scene.lights.flux_unit()) / maps->emitted);
   maps->rays = harvest.rays;
   maps->caustic_rays = harvest.caustic_rays;
   maps->global = PhotonMap(std::move(harvest.global), false, execution);
@@ -131,7 +131,8 @@ Result<std::shared_ptr<const PhotonMaps>> add_irradiance(const PreparedScene& sc
   result->caustic = maps->caustic.view(maps);
   const PhotonMap* const counted[] = {&maps->global, &maps->caustic};
   const PhotonMap* const at[] = {&(*pilot)->global, &(*pilot)->caustic};
-  result->irradiance = Irradiance(counted, maps->emitted, at, Edges(scene.scene), widest_reach(scene), execution);
+  const double per_flux = maps->emitted / static_cast<double>(scene.lights.flux_unit());
+  result->irradiance = Irradiance(counted, per_flux, at, Edges(scene.scene), widest_reach(scene), execution);
   if (execution.cancelled()) return cancelled();
   result->emitted = maps->emitted;
   result->rays = maps->rays;

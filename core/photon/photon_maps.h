@@ -46,7 +46,8 @@ struct PhotonMaps {
   PhotonMap caustic;       ///< light, then one or more specular bounces, then the stored hit: LS⁺D, and LS⁺ on gloss
                            ///< (PreparedScene::shares_gloss)
   Irradiance irradiance;   ///< by both maps; empty but where the key asks for it
-  double emitted = 0;      ///< paths, with those of lights that were left out: photon powers are divided by it at the query
+  double emitted = 0;      ///< paths, with those of lights that were left out: photon powers, which are in Lights::flux_unit, are
+                           ///< divided by it at the query
   std::uint64_t rays = 0;          ///< traced while shooting
   std::uint64_t caustic_rays = 0;  ///< of these, as many as PhotonSet::caustic alone needs
   EnergyLedger ledger;

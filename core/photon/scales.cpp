@@ -13,8 +13,6 @@ namespace {
 
 // Photons of surfaces turned by more than 60° are another surface's.
 constexpr float kMinNormalCos = 0.5f;
-// Bound of |wi·ns|/|wi·ng|, which grows without limit at grazing incidence on interpolated normals.
-constexpr float kMaxNormalFactor = 8.0f;
 
 template <class T>
 using Lanes = PhotonLeaf::Lanes<T>;
@@ -23,7 +21,8 @@ static_assert(sizeof(Lanes<float>) == sizeof(Float8));
 // 4^k: what relative squared distances of the scale k are larger by than those of the widest.
 constexpr float area_factor(int scale) { return static_cast<float>(1 << (2 * scale)); }
 
-// The kernels of one gather: K_k(d) = height[k]·(1 − 4^k d²/r²) where that is positive.
+// The kernels of one gather: K_k(d) = height[k]·(1 − 4^k d²/r²)/r² where that is positive. The area is left to the end:
+// its square is no float in the largest scenes and the smallest.
 struct Kernels {
   Vec3 center;
   Vec3 normal;
@@ -34,8 +33,7 @@ struct Kernels {
   Kernels(const Vec3& center_, const Vec3& normal_, const Reach& reach_, float radius_sq_)
       : center(center_), normal(normal_), radius_sq(radius_sq_), reach(&reach_) {
     for (int k = 0; k < kScales; ++k) {
-      const float r_sq = radius_sq / area_factor(k);
-      height[k] = 2 * kInvPi / (r_sq * reach->coverage(r_sq));
+      height[k] = 2 * kInvPi * area_factor(k) / reach->coverage(radius_sq / area_factor(k));
     }
   }
 
@@ -75,7 +73,7 @@ struct BatchSums {
   }
 };
 
-// Sums over a whole gather.
+// Sums over a whole gather, times r².
 struct Sums {
   std::array<glm::dvec3, kScales> level{};
   std::array<double, kBands> square{};
@@ -88,21 +86,21 @@ struct Sums {
     for (int j = 0; j < kBands; ++j) square[j] += sum8(batch.square[j]);
   }
 
-  void add_to(ScaleEstimate& sum, const Rgb& scale) const {
+  // `scale` in terms of 1/r².
+  void add_to(ScaleEstimate& sum, const glm::dvec3& scale) const {
     // Of the variance, which is summed over the channels, the factors' mean square: weighed as if all photons had the
     // colour of their sum.
-    const Rgb light(level[0]);
-    const float brightest = max_component(light);
-    const Rgb hue = brightest > 0 ? light / brightest : Rgb(1);
-    const float scale_sq = glm::dot(scale * hue, scale * hue) / glm::dot(hue, hue);
+    const double brightest = std::max({level[0].x, level[0].y, level[0].z});
+    const glm::dvec3 hue = brightest > 0 ? level[0] / brightest : glm::dvec3(1);
+    const double scale_sq = glm::dot(scale * hue, scale * hue) / glm::dot(hue, hue);
     Rgb wider(0);
     for (int k = 0; k < kScales; ++k) {
-      const Rgb estimate = scale * Rgb(level[k]);
+      const Rgb estimate(scale * level[k]);
       if (k == 0) {
         sum.widest += estimate;
       } else {
         sum.bands.value[k - 1] += estimate - wider;
-        sum.bands.variance[k - 1] += scale_sq * static_cast<float>(square[k - 1]);
+        sum.bands.variance[k - 1] += static_cast<float>(scale_sq * square[k - 1]);
       }
       wider = estimate;
     }
@@ -131,9 +129,9 @@ Float8 shares(const Merge& merge, const SurfacePoint& surface, const Bsdf& bsdf,
 }
 
 // Flux arrives per area of the true surface, the BSDF expects it per area of the shaded one [Veach 1997, §5.3].
-[[gnu::always_inline]] inline Float8 normal_factors(const SurfacePoint& surface, const Vec3x8& wi) {
+[[gnu::always_inline]] inline Float8 normal_factors(const SurfacePoint& surface, const Vec3x8& wi, float most) {
   const Float8 along = dot(surface.ng, wi);
-  const Float8 factors = min8(abs8(dot(surface.ns, wi)) / along, Float8{} + kMaxNormalFactor);
+  const Float8 factors = min8(abs8(dot(surface.ns, wi)) / along, Float8{} + most);
   return along > 0 ? factors : Float8{};   // a neighbouring facet's, from behind this one
 }
 
@@ -155,9 +153,11 @@ template <class Values>
 }  // namespace
 
 void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask,
-                     const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum, const Merge& merge) {
+                     const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum, const Merge& merge,
+                     float most_normal_factor) {
   const Kernels kernels(surface.position, surface.ng, reach, radius_sq);
   const bool shared = merge.per_etendue > 0 && map.has_etendues();
+  const glm::dvec3 per_area = glm::dvec3(scale) / static_cast<double>(radius_sq);
   if (bsdf.lobes() == kDiffuseLobe && !surface.smooth) {
     // A bare Lambert base is the same for all directions: it waits until the end.
     const float per_etendue = merge.per_etendue * kInvPi;   // its density is the cosine over π
@@ -165,7 +165,7 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
       const Vec3x8 flux = fluxes(map.leaf(leaf));
       return shared ? flux * shares(map.etendues(leaf), per_etendue) : flux;
     };
-    sum_leaves(map, kernels, arriving).add_to(sum, scale * bsdf.eval(surface.ns, mask, Transport::radiance));
+    sum_leaves(map, kernels, arriving).add_to(sum, per_area * glm::dvec3(bsdf.eval(surface.ns, mask, Transport::radiance)));
     return;
   }
   const Bsdf8 gathered(bsdf, mask);
@@ -173,11 +173,11 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
     const PhotonLeaf& leaf = map.leaf(leaf_index);
     const Vec3x8 wi = decode_direction(reinterpret_cast<Bits8>(load8(leaf.direction.data())));
     Vec3x8 value = gathered.eval(wi) * fluxes(leaf);
-    if (surface.smooth) value = value * normal_factors(surface, wi);
+    if (surface.smooth) value = value * normal_factors(surface, wi, most_normal_factor);
     if (shared) value = value * shares(merge, surface, bsdf, mask, map, leaf_index, t < 1);
     return choose8(t < 1, value, Vec3x8{});
   };
-  sum_leaves(map, kernels, reflected).add_to(sum, scale);
+  sum_leaves(map, kernels, reflected).add_to(sum, per_area);
 }
 
 Rgb estimate_irradiance(const PhotonMap& map, const Vec3& position, const Vec3& normal, const Reach& reach,
@@ -185,7 +185,8 @@ Rgb estimate_irradiance(const PhotonMap& map, const Vec3& position, const Vec3& 
   const auto arriving = [&](std::uint32_t leaf, const Float8&) __attribute__((always_inline)) {
     return fluxes(map.leaf(leaf));
   };
-  return Rgb(sum_leaves(map, Kernels(position, normal, reach, radius_sq), arriving).level[0]);
+  const Sums sums = sum_leaves(map, Kernels(position, normal, reach, radius_sq), arriving);
+  return Rgb(sums.level[0] / static_cast<double>(radius_sq));
 }
 
 }  // namespace photond

@@ -6,6 +6,7 @@
 #include "core/photon/photon_map.h"
 #include "core/photon/reach.h"
 #include "core/trace/bsdf.h"
+#include "core/trace/specular.h"
 
 namespace photond {
 
@@ -37,9 +38,10 @@ struct Merge {
 /// > 0, through the lobes in `mask`, times `scale` (the path's throughput over the number of emitted paths). Kernels
 /// are Epanechnikov's, cut to `reach` and renormalized. Photons from behind the surface or of a very different
 /// orientation do not count. Bias of each scale: O(r²), O(r) at the boundary of the reach. With `merge`, each photon
-/// counts by its share.
+/// counts by its share. `most_normal_factor`: the bound for this pass.
 void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask,
-                     const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum, const Merge& merge = {});
+                     const Reach& reach, float radius_sq, const Rgb& scale, ScaleEstimate& sum, const Merge& merge = {},
+                     float most_normal_factor = photond::most_normal_factor(0));
 
 /// Flux per m² that arrives at a surface through `position` with the geometric unit `normal`, by the same kernel and
 /// photons; to be divided by the number of emitted paths.

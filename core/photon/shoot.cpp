@@ -67,6 +67,8 @@ class Shooter {
         key_(key.settings.seed, RngPurpose::photon, key.pass),
         next_(first),
         last_(last),
+        per_unit_(1 / scene.lights.flux_unit()),
+        most_normal_factor_(most_normal_factor(key.pass)),
         far_(scene.triangle_count > kCachedTriangles),
         only_caustic_(key.set == PhotonSet::caustic) {
     spent.global.clear();
@@ -122,9 +124,10 @@ class Shooter {
   // Begins walk i with an emitted path; adds it to `nothing` where that carries nothing.
   void begin(std::uint32_t i, std::uint32_t light, const EmissionSample& emission, Subset& nothing) {
     Walk& walk = walks_[i];
-    const float power = mean(emission.flux);
+    const Rgb flux = emission.flux * per_unit_;
+    const float power = mean(flux);
     walk.ray = emission.ray;
-    walk.flux = emission.flux;
+    walk.flux = flux;
     walk.power = power;
     walk.etendue = emission.etendue;
     walk.depth = 0;
@@ -281,7 +284,9 @@ class Shooter {
       return false;
     }
     Rgb next = walk.flux * sample->weight;
-    if (surface.smooth && !sample->flat) next *= shading_normal_factor(surface.ns, surface.ng, wi, sample->wi);
+    if (surface.smooth && !sample->flat) {
+      next *= shading_normal_factor(surface.ns, surface.ng, wi, sample->wi, most_normal_factor_);
+    }
     // Survival in proportion to what is reflected: the power of a survivor changes only in colour.
     const float survival = survival_probability(max_component(next) / max_component(walk.flux), walk.depth);
     if (roulette >= survival) {
@@ -354,6 +359,8 @@ class Shooter {
   RngKey key_;
   std::uint64_t next_;           // the next path to emit
   std::uint64_t last_;
+  float per_unit_;               // 1/Lights::flux_unit
+  float most_normal_factor_;
   bool far_;
   bool only_caustic_;
   PhotonBlock block_;

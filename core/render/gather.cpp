@@ -16,9 +16,9 @@ const GatherGuide& guide_of(const RadianceSettings& settings) {
 
 void add_scales(const RadianceSettings& settings, const PhotonMap& map, float radius_sq, const Rgb& throughput,
                 const SurfacePoint& surface, const Bsdf& bsdf, LobeMask mask, const Merge& merge, ScaleEstimate& sum) {
-  const Rgb scale = throughput / static_cast<float>(settings.emitted);
+  const Rgb scale = throughput * (settings.flux_unit / static_cast<float>(settings.emitted));
   const Reach reach(guide_of(settings).edges, surface.position, surface.ng, std::sqrt(radius_sq));
-  estimate_scales(map, surface, bsdf, mask, reach, radius_sq, scale, sum, merge);
+  estimate_scales(map, surface, bsdf, mask, reach, radius_sq, scale, sum, merge, settings.most_normal_factor);
 }
 
 }  // namespace

@@ -29,10 +29,12 @@ struct RadianceSettings {
   const PhotonMap* caustic = nullptr;    ///< null for Technique::trace
   const Irradiance* irradiance = nullptr;   ///< final_gather, nearest: by both maps, read where rays end; null: none
   double emitted = 1;                    ///< PhotonMaps::emitted
+  float flux_unit = 1;                   ///< Lights::flux_unit
   const GatherGuide* guide = nullptr;    ///< cuts kernels at edges; density, merge: chooses radii; null: neither
   float pilot_share = 1;                 ///< density, merge: paths of the guide's pilot over those of `maps`
   float radius_sq = 0;                   ///< density, merge: widest, 0 for the guide's; nearest, final_gather: largest
   float shrink = 1;                      ///< density, merge: factor of the guide's radius², falling with the passes
+  float most_normal_factor = 8;          ///< as in estimate_scales
   float pixel_width = 0;                 ///< density, merge: a pixel's footprint in metres is pixel_width
   float pixel_spread = 0;                ///<   + pixel_spread · the path's length
   std::uint32_t nearest = 64;            ///< k

@@ -9,6 +9,7 @@
 #include "core/render/film_rays.h"
 #include "core/render/pilot.h"
 #include "core/trace/enclosing.h"
+#include "core/trace/specular.h"
 
 namespace photond {
 
@@ -40,6 +41,7 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
     settings.caustic = &maps->caustic;
     if (maps->irradiance.places().size() > 0) settings.irradiance = &maps->irradiance;
     settings.emitted = maps->emitted;
+    settings.flux_unit = task.scene->lights.flux_unit();
   }
   settings.guide = task.guide.get();
   settings.pilot_share = pilot_share(task.photons);
@@ -47,6 +49,7 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
   settings.max_depth = task.settings.max_depth;
   settings.start = task.start;
   settings.apart = task.camera.orthographic && has_absorption(task.scene->scene);
+  settings.most_normal_factor = most_normal_factor(pass);
   if (!task.plan.uses_maps) return settings;
   if (task.plan.method != Method::photon_map) {
     settings.technique = task.plan.method == Method::hybrid ? Technique::merge : Technique::density;

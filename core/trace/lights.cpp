@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 
 #include "core/math/transform.h"
@@ -91,6 +92,9 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
   const double sum = std::accumulate(powers_.begin(), powers_.end(), 0.0);
   const double floor = kFloor / static_cast<double>(lights_.size());
   for (double& power : powers_) power = sum > 0 ? (1 - kFloor) * power / sum + floor : floor;
+  constexpr int kFar = 40;   // 2^±40 W
+  const int exponent = total_power_ > 0 ? std::ilogb(total_power_) : 0;
+  if (std::abs(exponent) > kFar) flux_unit_ = std::ldexp(1.0f, std::clamp(exponent, -126, 126));
   emission_choice_ = choice_ = AliasTable(powers_);
   powers_ = {};
   set_etendues(scene);

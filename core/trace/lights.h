@@ -134,6 +134,8 @@ class Lights {
   /// Sum of the lights' power in W, mean over RGB, of light from infinity what meets the bounds; exact but for emitters of
   /// textures or alpha (sampled) and environment maps (their mean for all directions).
   double total_power() const { return total_power_; }
+  /// What photons' fluxes are told in, W: a power of two, 1 unless squares of fluxes in W might be no floats.
+  float flux_unit() const { return flux_unit_; }
 
   /// A direction towards a light from `point`; black radiance where the light does not shine there. Visibility is
   /// not tested.
@@ -244,6 +246,7 @@ class Lights {
   BoxLines bounds_;
   Ball ball_;                                     // around them
   double total_power_ = 0;
+  float flux_unit_ = 1;
 };
 
 [[gnu::always_inline]] inline Rgb Lights::emitted(const Scene& scene, std::uint32_t index, const Vec2& uv, bool front) const {

@@ -21,7 +21,7 @@ void SpecularBounces::scatter(std::uint32_t count) {
   const SpecularBounce bounce = specular_bounce(in, n, clear, eta, random[0][i]);
   const bool valid = bounce.valid(ng);
   const Rgb kept = flux[i] * choose(clear & (bounce.refracted == 0), Rgb(1), albedo[i]);
-  const Rgb next = kept * shading_normal_factor(n, ng, in, bounce.out);
+  const Rgb next = kept * shading_normal_factor(n, ng, in, bounce.out, kMostNormalFactor);
   const float survival = survival_probability(max_component(next) / max_component(flux[i]), depth[i]);
   const bool goes_on = valid & (random[1][i] < survival);
   valid_[i] = valid;

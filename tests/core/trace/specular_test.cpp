@@ -74,7 +74,9 @@ TEST(Specular, IsWhatBsdfsSampleOneByOne) {
       refracted += sample->transmitted;
       flat += sample->flat;
       Rgb next = kFlux * sample->weight;
-      if (!sample->flat) next *= shading_normal_factor(s.ns, s.ng, -ray.direction, sample->wi);
+      if (!sample->flat) {
+        next *= shading_normal_factor(s.ns, s.ng, -ray.direction, sample->wi, SpecularBounces::kMostNormalFactor);
+      }
       next *= 1 / std::min(1.0f, max_component(next) / max_component(kFlux));
       // The same formulas in another order; near grazing, where cosines are small, factors differ by more.
       constexpr float kRounding = 1e-4f;
