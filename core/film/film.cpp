@@ -76,7 +76,7 @@ float deviation(float variance) {
   return std::min(std::sqrt(variance), kMost);
 }
 
-// Variances are sums of squares: light that is a billion times as bright or as dim leaves the range of values otherwise.
+// Variances are sums of squares: otherwise those of light a billion times as bright or dim would leave the range.
 void add(Film::BandSums* sums, std::span<const Bands> bands) {
   for (std::size_t i = 0; i < bands.size(); ++i) {
     std::array<float, kBands> deviations;

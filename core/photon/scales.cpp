@@ -165,7 +165,8 @@ void estimate_scales(const PhotonMap& map, const SurfacePoint& surface, const Bs
       const Vec3x8 flux = fluxes(map.leaf(leaf));
       return shared ? flux * shares(map.etendues(leaf), per_etendue) : flux;
     };
-    sum_leaves(map, kernels, arriving).add_to(sum, per_area * glm::dvec3(bsdf.eval(surface.ns, mask, Transport::radiance)));
+    const glm::dvec3 f(bsdf.eval(surface.ns, mask, Transport::radiance));
+    sum_leaves(map, kernels, arriving).add_to(sum, per_area * f);
     return;
   }
   const Bsdf8 gathered(bsdf, mask);

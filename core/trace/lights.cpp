@@ -37,7 +37,7 @@ double cone_power(const PunctualLight& spot) {
   return 2 * kPi * ((1 - spot.cos_inner) + (spot.cos_inner - spot.cos_outer) / 3);
 }
 
-// Share of a spot's power that goes towards the ball, by a stratified look, where that fills less than its cone; else 1.
+// Share of a spot's power that goes towards the ball, where that fills less than its cone; else 1.
 float share_towards(const PunctualLight& spot, const Ball& ball) {
   const Vec3 to_center = ball.center - spot.position;
   const float height = cap_height(to_center, ball.radius);

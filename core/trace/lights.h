@@ -122,7 +122,7 @@ struct LightGroup {
 };
 
 /// The emitters of a scene: chosen in proportion to the power that may meet it, with a floor that keeps dim lights alive.
-/// Light from infinity, and points and spots outside of the scene's bounding sphere, are emitted towards its bounds only.
+/// Light from infinity, and from points and spots outside of the scene's bounding sphere, is emitted towards its bounds.
 class Lights {
  public:
   Lights() = default;

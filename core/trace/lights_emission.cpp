@@ -144,7 +144,8 @@ EmissionSample Lights::emit_point(const PunctualLight& light, float choice, floa
   } else {
     direction = square_to_sphere(rng.next2());
   }
-  if (drawn != Aim::kNone && towards && !meets(ball_, light.position, direction)) return {{light.position, direction}};
+  const bool astray = drawn != Aim::kNone && towards && !meets(ball_, light.position, direction);
+  if (astray) return {{light.position, direction}};
   float pdf_w = ordinary;
   if (aim.share() > 0) {
     pdf_w = (1 - aim.share()) * ordinary + aim.share() * aim.pdf_w(light.position, direction, drawn);

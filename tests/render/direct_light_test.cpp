@@ -63,7 +63,7 @@ TEST(HardCase, SpotLight05) {
   }
 }
 
-// However narrow a beam is, it has its full intensity within the inner cone: light of a pointer, of .1 to 10 milliradians.
+// However narrow a beam is, it has its full intensity within the inner cone: pointers of .1 to 10 milliradians.
 TEST(DirectLight, NarrowBeamsAreAsBrightAsWideOnes) {
   for (const float angle : {1e-4f, 1e-3f, 1e-2f}) {
     Floor floor;

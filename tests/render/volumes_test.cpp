@@ -34,9 +34,9 @@ TEST(Volumes, AbsorbWhatStaysWithinThem) {
   }
 }
 
-// Light that is sampled through the rough border of a volume has the rest of its way in what lies beyond. Paths end after
-// one bounce: a point in the middle of a ball is seen at its border after one metre in it, one outside from within after
-// the two that the path from the camera has been in it. What absorbs halves that light once a metre, no more, no less.
+// Light that is sampled through the rough border of a volume has the rest of its way in what lies beyond. Paths end
+// after one bounce: a point in the middle of a ball is seen at its border after one metre in it, one outside from within
+// after the 1.9 m that the path from the camera has been in it. The volume halves light in a metre.
 TEST(Volumes, AbsorbLightThatIsSampledThroughTheirBorder) {
   const auto seen = [](float distance, const Vec3& from, const Vec3& light) {
     Scene scene = empty_scene();
@@ -46,7 +46,8 @@ TEST(Volumes, AbsorbLightThatIsSampledThroughTheirBorder) {
     frosted.attenuation_distance = distance;
     add_mesh(scene, sphere({0, 0, 0}, 1), add_material(scene, frosted));
     add_point_light(scene, light, Rgb(10));
-    return see(prepared(std::move(scene)), Method::path, 1, {.from = from, .at = {0, 0, 0}, .passes = 2, .max_depth = 1})[0].mean;
+    const Look look{.from = from, .at = {0, 0, 0}, .passes = 2, .max_depth = 1};
+    return see(prepared(std::move(scene)), Method::path, 1, look)[0].mean;
   };
   const Vec3 outside{0.3f, 3, 0.4f}, middle{0}, within{0.1f, 0.9f, 0.1f}, below{0.3f, -5, 0.2f};
   const double clear_in = seen(kInfinity, outside, middle), clear_out = seen(kInfinity, within, below);
