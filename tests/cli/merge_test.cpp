@@ -134,7 +134,7 @@ TEST_F(MergeCommandTest, RefusesDamagedAndHostileFiles) {
   }
   std::string version = good;
   version[8] = 9;
-  expect_bad(version, "is an accumulator of version 9, not 1");
+  expect_bad(version, "is an accumulator of version 9, not 2");
 
   write_text(bad, good.substr(0, good.size() / 2));
   expect_refused({a, bad}, bad, "is truncated");
