@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/film/encode.h"
+#include "core/math/frame.h"
 #include "tests/support/glb.h"
 
 namespace photond {
@@ -288,8 +289,12 @@ TEST(Gltf, ReadsASpotWhoseConesAreOne) {
   draft.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
   const Scene scene = read(draft);
   ASSERT_EQ(scene.lights.size(), 1u);
-  EXPECT_EQ(scene.lights[0].attenuation(std::cos(0.49f)), 1);
-  EXPECT_EQ(scene.lights[0].attenuation(std::cos(0.51f)), 0);
+  const PunctualLight& spot = scene.lights[0];
+  const auto beside = [&](float angle) {
+    return spot.attenuation(Frame(spot.direction).to_world({std::sin(angle), 0, std::cos(angle)}));
+  };
+  EXPECT_EQ(beside(0.49f), 1);
+  EXPECT_EQ(beside(0.51f), 0);
 }
 
 TEST(Gltf, TakesRoundingInTheLastRowOfAMatrix) {
