@@ -124,6 +124,14 @@ struct Vec3x8 {
   return quarter[0] < quarter[1] ? quarter[0] : quarter[1];
 }
 
+/// The largest of all eight.
+[[gnu::always_inline]] inline float most8(const Float8& v) { return -least8(-v); }
+
+/// Around eight boxes; of points, both corners are the same.
+[[gnu::always_inline]] inline Bounds3 bounds8(const Vec3x8& low, const Vec3x8& high) {
+  return {{least8(low.x), least8(low.y), least8(low.z)}, {most8(high.x), most8(high.y), most8(high.z)}};
+}
+
 [[gnu::always_inline]] inline Vec3x8 operator-(const Vec3& a, const Vec3x8& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }

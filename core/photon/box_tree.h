@@ -37,9 +37,12 @@ class BoxTree {
 
   BoxTree() = default;
 
-  /// Over the leaves 0 … leaves−1, whose bounds are `bounds(leaf)`, asked for once each and in parallel.
-  template <class LeafBounds>
-  BoxTree(std::uint32_t leaves, const LeafBounds& bounds, const Execution& execution);
+  /// Over the leaves 0 … leaves−1; to be queried when each of them has been set, and the tree closed.
+  explicit BoxTree(std::uint32_t leaves);
+  /// The bounds of a leaf. For several threads at once.
+  void set(std::uint32_t leaf, const Bounds3& bounds) { nodes_[leaf / kWidth].set(leaf % kWidth, bounds); }
+  /// Bounds the leaves' nodes, level by level.
+  void close(const Execution& execution);
 
   /// Over nodes that such a tree of as many leaves has told; nothing where they are too few or too many.
   static std::optional<BoxTree> over(std::uint32_t leaves, std::span<const std::byte> nodes,
@@ -88,12 +91,10 @@ inline void BoxTree::Node::set(std::uint32_t child, const Bounds3& box) {
 }
 
 inline Bounds3 BoxTree::Node::bounds() const {
-  Bounds3 box;
-  for (std::uint32_t i = 0; i < kWidth; ++i) {
-    box.min = glm::min(box.min, Vec3(min[0][i], min[1][i], min[2][i]));
-    box.max = glm::max(box.max, Vec3(max[0][i], max[1][i], max[2][i]));
-  }
-  return box;
+  const auto corners = [](const std::array<std::array<float, kWidth>, 3>& c) -> Vec3x8 {
+    return {load8(c[0].data()), load8(c[1].data()), load8(c[2].data())};
+  };
+  return bounds8(corners(min), corners(max));
 }
 
 inline std::uint32_t BoxTree::Node::near(const Vec3& center, float radius_sq) const {
@@ -127,22 +128,22 @@ inline std::optional<BoxTree> BoxTree::over(std::uint32_t leaves, std::span<cons
   return tree;
 }
 
-template <class LeafBounds>
-BoxTree::BoxTree(std::uint32_t leaves, const LeafBounds& bounds, const Execution& execution) {
+inline BoxTree::BoxTree(std::uint32_t leaves) {
   divide(leaves);
   nodes_ = make_large_array<Node>(node_count_);
-  std::uint32_t children = leaves;
-  for (std::uint32_t level = 0; level < levels_; ++level) {
-    const std::uint32_t n = parents(children);
-    parallel_for(execution, n, 256, [&](std::size_t i) {
+  for (std::uint32_t absent = leaves; absent % kWidth != 0; ++absent) set(absent, {});
+}
+
+inline void BoxTree::close(const Execution& execution) {
+  for (std::uint32_t level = 1; level < levels_; ++level) {
+    const Node* const children = &nodes_[begin_[level - 1]];
+    const std::uint32_t count = begin_[level] - begin_[level - 1];
+    parallel_for(execution, parents(count), 256, [&](std::size_t i) {
       for (std::uint32_t c = 0; c < kWidth; ++c) {
         const auto child = static_cast<std::uint32_t>(i) * kWidth + c;
-        Bounds3 box;
-        if (child < children) box = level == 0 ? bounds(child) : nodes_[begin_[level - 1] + child].bounds();
-        nodes_[begin_[level] + i].set(c, box);
+        nodes_[begin_[level] + i].set(c, child < count ? children[child].bounds() : Bounds3());
       }
     });
-    children = n;
   }
 }
 

@@ -84,7 +84,9 @@ Edges::Edges(const Scene& scene) {
   size_ = static_cast<std::uint32_t>(segments.size());
   segments_ = make_large_array<Segment>(size_);
   std::ranges::copy(segments, segments_.get());
-  tree_ = BoxTree(size_, [&](std::uint32_t i) { return bounds_of(segments_[i]); }, {});
+  tree_ = BoxTree(size_);
+  for (std::uint32_t i = 0; i < size_; ++i) tree_.set(i, bounds_of(segments_[i]));
+  tree_.close({});
 }
 
 std::optional<Edges> Edges::over(std::span<const Segment> segments, std::span<const std::byte> tree_nodes,

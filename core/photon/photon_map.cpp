@@ -47,6 +47,7 @@ PhotonMap::PhotonMap(PhotonCells cells, bool etendues, const Execution& executio
     : size_(static_cast<std::uint32_t>(cells.size())), order_{cells.grid(), cells.fine_grid()} {
   leaves_ = make_large_array<PhotonLeaf>(leaf_count());
   if (etendues) etendues_ = make_large_array<PhotonLeaf::Lanes<float>>(leaf_count());
+  tree_ = BoxTree(leaf_count());
   std::array<std::uint32_t, MortonGrid::kCubes> first;
   std::uint64_t n = 0;
   for (std::uint32_t cell = 0; cell < first.size(); ++cell) {
@@ -61,10 +62,12 @@ PhotonMap::PhotonMap(PhotonCells cells, bool etendues, const Execution& executio
     cells.free(cell);
   });
   for (std::uint32_t i = size_; i < leaf_count() * PhotonLeaf::kSize; ++i) set(i, {.position = Vec3(kInfinity)});
-  const auto bounds = [&](std::uint32_t i) {
-    return bounds_of(leaves_[i], std::min(PhotonLeaf::kSize, size_ - i * PhotonLeaf::kSize));
-  };
-  tree_ = BoxTree(leaf_count(), bounds, execution);
+  for (std::uint32_t cell = 0; cell < first.size(); ++cell) {
+    const std::uint32_t end = cell + 1 < first.size() ? first[cell + 1] : size_;
+    for (std::uint32_t i = first[cell]; i < end; i += kPiece) bound_leaf_of(i);
+    if (end > 0) bound_leaf_of(end - 1);
+  }
+  tree_.close(execution);
 }
 
 PhotonMap::PhotonMap(std::span<const Photon> photons, const Execution& execution)
@@ -103,6 +106,12 @@ void PhotonMap::set(std::uint32_t i, const Photon& photon) {
   if (has_etendues()) etendues_[i / PhotonLeaf::kSize][k] = photon.etendue;
 }
 
+// Where several pieces share a leaf.
+void PhotonMap::bound_leaf_of(std::uint32_t i) {
+  const std::uint32_t leaf = i / PhotonLeaf::kSize;
+  tree_.set(leaf, bounds_of(leaves_[leaf], std::min(PhotonLeaf::kSize, size_ - leaf * PhotonLeaf::kSize)));
+}
+
 void PhotonMap::set_leaf(std::uint32_t i, const std::array<const Photon*, PhotonLeaf::kSize>& photons) {
   const std::array<Mask8, 8> m = transposed(photons);
   PhotonLeaf& leaf = leaves_[i];
@@ -115,6 +124,9 @@ void PhotonMap::set_leaf(std::uint32_t i, const std::array<const Photon*, Photon
   store_low(leaf.flux[1], m[5] >> 16);
   store_low(leaf.flux[2], m[6]);
   if (has_etendues()) store(etendues_[i], m[7]);
+  const auto coordinates = [&](int axis) { return reinterpret_cast<const Float8&>(m[axis]); };
+  const Vec3x8 points{coordinates(0), coordinates(1), coordinates(2)};
+  tree_.set(i, bounds8(points, points));
 }
 
 std::optional<PhotonMap> PhotonMap::over(const Head& head, std::span<const PhotonLeaf> leaves,

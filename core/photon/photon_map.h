@@ -98,6 +98,7 @@ class PhotonMap {
   void take(PhotonSpans photons, std::uint32_t first, const Execution& execution);
   void set(std::uint32_t i, const Photon& photon);
   void set_leaf(std::uint32_t i, const std::array<const Photon*, PhotonLeaf::kSize>& photons);
+  void bound_leaf_of(std::uint32_t i);
 
   const PhotonLeaf& of(std::uint32_t i) const { return leaves_[i / PhotonLeaf::kSize]; }
   static std::uint32_t lane(std::uint32_t i) { return i % PhotonLeaf::kSize; }
