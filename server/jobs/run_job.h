@@ -51,6 +51,7 @@ class RunJob : public Slices {
 
   bool step() override;
   std::string owner() const override { return job_->owner; }
+  bool unseen() const override { return !previewed_ && film_.pass_count() == 0; }
 
   /// True where the run is to be given to a scheduler, since it is in none; from then on it counts as in one, until a
   /// `step` has returned false.

@@ -26,6 +26,21 @@ bool Scheduler::Class::serves(const std::string& owner) const {
   return std::any_of(active.begin(), active.end(), [&](const auto& work) { return work->owner() == owner; });
 }
 
+/// The first, or else what its owner would rather see: then the first has had its turn as well.
+std::shared_ptr<Slices> Scheduler::Class::take_next() {
+  const auto first = std::move(active.front());
+  active.pop_front();
+  const std::string owner = first->owner();
+  const auto preferred = std::find_if(active.begin(), active.end(), [&](const auto& work) {
+    return work->unseen() && work->owner() == owner;
+  });
+  if (first->unseen() || preferred == active.end()) return first;
+  const auto work = std::move(*preferred);
+  active.erase(preferred);
+  active.push_back(first);
+  return work;
+}
+
 bool Scheduler::Class::remove(const std::shared_ptr<Slices>& work) {
   const bool removed = std::erase(active, work) + std::erase(waiting, work) > 0;
   fill();
@@ -86,10 +101,7 @@ std::shared_ptr<Slices> Scheduler::take(Priority& priority) {
     return std::move(next.work);
   }
   priority = classes_[0].active.empty() ? Priority::batch : Priority::interactive;
-  std::deque<std::shared_ptr<Slices>>& active = classes_[static_cast<int>(priority)].active;
-  std::shared_ptr<Slices> work = std::move(active.front());
-  active.pop_front();
-  return work;
+  return classes_[static_cast<int>(priority)].take_next();
 }
 
 void Scheduler::run() {

@@ -21,12 +21,15 @@ class Slices {
   virtual bool step() = 0;
   /// For whom it is done; always the same.
   virtual std::string owner() const { return {}; }
+  /// Whether nobody can see anything of it yet. Asked between slices.
+  virtual bool unseen() const { return false; }
 };
 
 /// Gives the render thread to the waiting work slice by slice: interactive before batch, round robin inside a
 /// class, so that jobs share the machine by passes. At most `kMaxActive` of a class take turns, in the order
 /// they came; the rest wait, which bounds the memory of films. Who has none among them need not wait for the
-/// others': his first is let in beside them. Knows nothing of rendering.
+/// others': his first is let in beside them. What nobody can see anything of yet has the turns of its owner's other work:
+/// a first picture soon is worth more than a better one a little sooner. Knows nothing of rendering.
 class Scheduler {
  public:
   static constexpr std::size_t kMaxActive = 8;
@@ -51,6 +54,7 @@ class Scheduler {
     std::deque<std::shared_ptr<Slices>> waiting;
     void fill();
     bool serves(const std::string& owner) const;
+    std::shared_ptr<Slices> take_next();
     bool remove(const std::shared_ptr<Slices>& work);
   };
   struct Hurried {

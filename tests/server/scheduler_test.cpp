@@ -45,6 +45,20 @@ class FakeWork : public Slices {
   const std::string owner_;
 };
 
+/// Has something to show from its third slice on.
+class FreshWork : public FakeWork {
+ public:
+  using FakeWork::FakeWork;
+  bool step() override {
+    --unseen_slices_;
+    return FakeWork::step();
+  }
+  bool unseen() const override { return unseen_slices_ > 0; }
+
+ private:
+  int unseen_slices_ = 2;
+};
+
 /// Holds the scheduler's thread until told to go on, so that a test can fill the queue.
 class Gate : public Slices {
  public:
@@ -143,6 +157,28 @@ TEST(Scheduler, HurriedWorkHasTheNextTurnAndThenItsUsualOnes) {
   EXPECT_TRUE(queued);
   EXPECT_FALSE(unknown);
   EXPECT_EQ(turns, "xiibxx");
+}
+
+TEST(Scheduler, WhatNobodyHasSeenYetGoesBeforeTheRest) {
+  const std::string turns = run_all(
+      [](Scheduler& scheduler, Diary& diary) {
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'a', 3), Priority::interactive);
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'b', 2), Priority::interactive);
+        scheduler.submit(std::make_shared<FreshWork>(diary, 'f', 4), Priority::interactive);
+      },
+      9);
+  EXPECT_EQ(turns, "ffabfabfa") << "two turns at once, then as everybody";
+}
+
+TEST(Scheduler, WhatNobodyHasSeenYetTakesOnlyTurnsOfItsOwner) {
+  const std::string turns = run_all(
+      [](Scheduler& scheduler, Diary& diary) {
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'o', 3, "other"), Priority::interactive);
+        scheduler.submit(std::make_shared<FakeWork>(diary, 'a', 2, "mine"), Priority::interactive);
+        scheduler.submit(std::make_shared<FreshWork>(diary, 'f', 3, "mine"), Priority::interactive);
+      },
+      8);
+  EXPECT_EQ(turns, "ofofoafa") << "one turn of the other's for each of mine, as without it";
 }
 
 TEST(Scheduler, IsIdleWhenAllIsDone) {
