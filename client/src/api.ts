@@ -42,6 +42,8 @@ export const api = {
   /** What needs no more than the job. */
   act: (id: string, action: 'cancel' | 'pause' | 'resume' | 'retry') =>
     ask(`v1/jobs/${id}/${action}`, parse_job, { method: 'POST' }),
+  /** A job that has ended. */
+  remove: (id: string) => ask(`v1/jobs/${id}`, nothing, { method: 'DELETE' }),
   extend: (id: string, stop: JobRequest['stop']) => ask(`v1/jobs/${id}/extend`, parse_job, json_post({ stop })),
 };
 
@@ -119,6 +121,9 @@ async function all_scenes(): Promise<Answer<Scene[]>> {
   return { ok: true, value: scenes };
 }
 
+/** Of an answer that is empty. */
+const nothing: Parser<null> = () => null;
+
 function json_post(body: unknown): RequestInit {
   return { method: 'POST', body: JSON.stringify(body), headers: { 'Content-Type': 'application/json' } };
 }
@@ -129,7 +134,7 @@ async function ask<T>(path: string, parser: Parser<T>, init: RequestInit = {}): 
   if (!response || body === null) return { ok: false, failure: { kind: 'away' } };
   if (!response.ok) return { ok: false, failure: refusal(response.status, body) };
   try {
-    return { ok: true, value: parser(JSON.parse(body), '') };
+    return { ok: true, value: parser(body === '' ? null : JSON.parse(body), '') };
   } catch (error) {
     return { ok: false, failure: { kind: 'problem', status: response.status, problem: unreadable(path, error) } };
   }

@@ -1,5 +1,6 @@
 import { by_id, make, set_children } from './dom';
-import type { Camera, Placement, SceneReport, Triple } from './wire';
+import { placement_of } from './placement';
+import type { Placement, SceneReport, Triple } from './wire';
 
 const kElsewhere = 'elsewhere';
 const kAxes = ['x', 'y', 'z'] as const;
@@ -38,6 +39,13 @@ export class CameraField {
     return { eye: triple_of(this.eye), target: triple_of(this.target), yfov_deg: this.angle.valueAsNumber };
   }
 
+  /** Chooses this place. */
+  place(at: Placement): void {
+    this.select.value = kElsewhere;
+    this.fill(at);
+    this.show();
+  }
+
   private is_elsewhere(): boolean {
     return this.select.value === kElsewhere;
   }
@@ -51,9 +59,9 @@ export class CameraField {
   }
 
   private fill({ eye, target, yfov_deg }: Placement): void {
-    eye.forEach((value, axis) => { this.eye[axis]!.value = String(value); });
-    target.forEach((value, axis) => { this.target[axis]!.value = String(value); });
-    this.angle.value = String(yfov_deg);
+    eye.forEach((value, axis) => { this.eye[axis]!.value = readable(value); });
+    target.forEach((value, axis) => { this.target[axis]!.value = readable(value); });
+    this.angle.value = readable(yfov_deg);
   }
 
   private show(): void {
@@ -62,21 +70,9 @@ export class CameraField {
   }
 }
 
-/** The place of `camera`, looking at what is ahead of it at the distance of `centre`, the scene's. */
-export function placement_of({ eye, direction, yfov_deg }: Camera, centre: Triple | null): Placement {
-  const towards = centre ? dot(direction, eye.map((at, axis) => centre[axis]! - at)) : 0;
-  const distance = towards > 0 ? towards : 1;
-  const target = eye.map((at, axis) => at + distance * direction[axis]!);
-  return { eye: rounded(eye), target: rounded(target), yfov_deg: Number((yfov_deg ?? 40).toPrecision(4)) };
-}
-
-function dot(a: number[], b: number[]): number {
-  return a.reduce((sum, value, axis) => sum + value * b[axis]!, 0);
-}
-
-function rounded(triple: number[]): Triple {
-  const [x = 0, y = 0, z = 0] = triple.map((value) => Number(value.toPrecision(5)));
-  return [x, y, z];
+/** Without the digits that single precision adds. */
+function readable(value: number): string {
+  return String(Number(value.toPrecision(6)));
 }
 
 function triple_of(inputs: HTMLInputElement[]): Triple {

@@ -6,7 +6,7 @@ import { EnvironmentField } from './environment_field';
 import { kMethodHints, kMethodNames } from './names';
 import { SceneReportView } from './scene_report';
 import { chosen_report, scene_title, type State } from './state';
-import type { JobRequest, Method, Scene } from './wire';
+import type { JobRequest, Method, Placement, Scene } from './wire';
 
 export interface JobFormHandlers {
   on_scene(id: string): void;
@@ -74,6 +74,11 @@ export class JobForm {
     const known = report && typeof report !== 'string' && state.environment === null; // in another one it may differ
     this.planned = known ? report.plan.method : null;
     this.show_hint();
+  }
+
+  /** Where the next picture is taken from; of the chosen scene only. */
+  look_from(scene: string, place: Placement): void {
+    if (scene === this.scene.value) this.camera.place(place);
   }
 
   /** While a request is on its way the form cannot be sent again. */

@@ -34,5 +34,5 @@ function row(job: Job, title: string, text: string, watched: string | null): HTM
 /** What the list says of `job` beside its state. */
 export function about(job: Job): string {
   const biased = job.plan?.biased ? ' · biased preview' : '';
-  return `${format_count(job.passes)} ${job.passes === 1 ? 'pass' : 'passes'} · ${job.width} × ${job.height}${biased}`;
+  return `${format_count(job.passes)} ${job.passes === 1 ? 'pass' : 'passes'} · ${job.spec.film.width} × ${job.spec.film.height}${biased}`;
 }

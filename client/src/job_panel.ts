@@ -19,7 +19,7 @@ const kActions: Record<JobAction, readonly JobState[]> = {
 
 /** Twice as far as the job's stop rule and as the job has come, which may be beyond it: where `extend` leads. */
 export function further(job: Job): JobRequest['stop'] {
-  const { passes, seconds, relative_error } = job.stop;
+  const { passes, seconds, relative_error } = job.spec.stop;
   const next: JobRequest['stop'] = {};
   if (passes) next.passes = Math.min(1_000_000, 2 * Math.max(passes, job.passes));
   if (seconds) next.seconds = Math.min(1_000_000, 2 * Math.max(seconds, job.seconds));
@@ -30,7 +30,7 @@ export function further(job: Job): JobRequest['stop'] {
 /** How far `job` is towards the first of its stop rules, 0 … 1; null where that cannot be said. */
 export function progress_of(job: Job): number | null {
   if (job.state === 'succeeded') return 1;
-  const { passes, seconds, relative_error } = job.stop;
+  const { passes, seconds, relative_error } = job.spec.stop;
   const parts: number[] = [];
   if (passes) parts.push(job.passes / passes);
   if (seconds) parts.push(job.seconds / seconds);
@@ -101,7 +101,7 @@ export class JobPanel {
     const key = `${job.id} ${state.series.length} ${state.series.at(-1)?.seconds}`;
     if (key === this.charted) return;
     this.charted = key;
-    draw_chart(by_id('chart', SVGSVGElement), state.series, job.stop.relative_error);
+    draw_chart(by_id('chart', SVGSVGElement), state.series, job.spec.stop.relative_error);
   }
 }
 
@@ -127,7 +127,7 @@ export function trouble_of(job: Job): string | null {
 }
 
 function render_numbers(job: Job): void {
-  const { passes, seconds } = job.stop;
+  const { passes, seconds } = job.spec.stop;
   number('passes', format_count(job.passes), passes && `of ${format_count(passes)}`);
   number('seconds', format_seconds(job.seconds), seconds && `of ${format_seconds(seconds)}`);
   number('error', job.error === null ? '–' : format_percent(job.error), error_notes(job).join(', '));
@@ -145,7 +145,7 @@ function map_notes(job: Job): string {
 /** What the error aims at, what it is made of, and what it does not contain. */
 export function error_notes(job: Job): string[] {
   const notes: string[] = [];
-  if (job.stop.relative_error) notes.push(`to ${format_percent(job.stop.relative_error)}`);
+  if (job.spec.stop.relative_error) notes.push(`to ${format_percent(job.spec.stop.relative_error)}`);
   if (job.noise && job.bias) notes.push(`noise ${format_percent(job.noise)}`, `bias ${format_percent(job.bias)}`);
   if (job.error !== null && job.plan?.biased) notes.push('noise only');
   if (job.rejected_samples > 0) notes.push(`${format_count(job.rejected_samples)} samples rejected`);

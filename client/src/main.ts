@@ -2,6 +2,7 @@ import { api, describe, kEventsUrl, load_frame, type Failure } from './api';
 import { by_id, set_text } from './dom';
 import { follow } from './events';
 import { FrameLoader, type View } from './frames';
+import { follow_gestures } from './gestures';
 import { JobForm } from './job_form';
 import { JobList } from './job_list';
 import { further, JobPanel, type JobAction } from './job_panel';
@@ -9,7 +10,10 @@ import { set_up_key } from './key_dialog';
 import { kStateNames, job_title, label_of } from './names';
 import { WireError } from './parse';
 import type { SseMessage } from './sse';
-import { find_job, kInitialState, reduce, watched_job, type Action, type State } from './state';
+import {
+  find_job, kInitialState, reduce, watched_job, watched_placement, type Action, type State,
+} from './state';
+import { Steering } from './steering';
 import { is_environment, kEnvironments, kScenes, upload } from './uploads';
 import { Viewer } from './viewer';
 import { is_terminal, parse_event, type Job, type JobEvent, type JobRequest } from './wire';
@@ -29,10 +33,22 @@ const form = new JobForm({
   on_files: (files) => take_files(files),
   on_submit: (request) => void submit(request),
 });
+const steering = new Steering({
+  watched: () => watched_job(state),
+  submit: (request) => api.submit(request),
+  cancel: (id) => api.act(id, 'cancel'),
+  pause: (id) => api.act(id, 'pause'),
+  remove: (id) => api.remove(id),
+  succeed: (job, stays) => succeed(job, stays),
+  forget: (id) => dispatch({ type: 'job_left', job: id }),
+  fail: (failure) => dispatch({ type: 'notice', text: describe(failure) }),
+});
+follow_gestures(by_id('picture', HTMLCanvasElement), () => steering.next() ?? watched_placement(state), (to) => steering.look(to));
 const frames = new FrameLoader(load_frame, (picture, key) => {
   const job = find_job(state, key.job);
   const name = job ? job_title(state, job) : 'the job';
   viewer.draw(picture, key, `${key.view === 'error' ? 'Error' : 'Picture'} of ${name}, revision ${key.revision}`);
+  steering.arrived(key.job);
 });
 
 function dispatch(action: Action): void {
@@ -47,7 +63,7 @@ function dispatch(action: Action): void {
 
 function render(): void {
   const job = watched_job(state);
-  viewer.render(job, state.view, state.watched_missing);
+  viewer.render(state);
   panel.render(state);
   form.render(state);
   list.render(state);
@@ -128,9 +144,20 @@ async function submit(request: JobRequest): Promise<void> {
   form.set_busy(false);
   if (!answer.ok) return form.show_failure(answer.failure);
   dispatch({ type: 'job', job: answer.value });
+  steering.begin(answer.value.id);
   location.hash = `job=${answer.value.id}`;
   watch_hash();
   queueMicrotask(() => panel.focus());
+}
+
+/** A job that steering has started takes the place of the one before. */
+function succeed(job: Job, stays: boolean): void {
+  dispatch({ type: 'job', job });
+  dispatch({ type: 'watch', job: job.id, steered: true });
+  frames.watch({ job: job.id, view: state.view });
+  if (stays) history.pushState(null, '', `#job=${job.id}`);
+  else history.replaceState(null, '', `#job=${job.id}`);
+  if (typeof job.spec.camera === 'object') form.look_from(job.scene, job.spec.camera);
 }
 
 async function act(id: string, action: JobAction): Promise<void> {
@@ -181,6 +208,7 @@ async function load_job(id: string): Promise<void> {
   if (answer.ok) {
     dispatch({ type: 'job', job: answer.value });
     announce_frame(id, answer.value);
+    if (id === state.watched && typeof answer.value.spec.camera !== 'object') await load_report(answer.value.scene);
   } else if (answer.failure.kind === 'problem' && answer.failure.status === 404) {
     dispatch({ type: 'job_missing', job: id });
   } else {
@@ -212,9 +240,11 @@ function take_message(message: SseMessage): void {
 }
 
 function take_event(event: JobEvent): void {
+  if (steering.has_left({ id: event.job, state: event.state })) return;
   const before = find_job(state, event.job);
   dispatch({ type: 'event', event });
   announce_frame(event.job, event);
+  if (is_terminal(event.state)) steering.arrived(event.job);
   // Events carry numbers; what else changes with the state or the first picture is in the job.
   if (before?.state !== event.state || (before.revision === 0 && event.revision > 0)) void load_job(event.job);
 }

@@ -1,6 +1,7 @@
 import type { View } from './frames';
+import { placement_of } from './placement';
 import {
-  is_terminal, type Environment, type Info, type Job, type JobEvent, type JobPage, type Scene, type SceneReport,
+  is_terminal, type Environment, type Info, type Job, type JobEvent, type JobPage, type Placement, type Scene, type SceneReport,
   type SeriesPoint,
 } from './wire';
 
@@ -25,6 +26,8 @@ export interface State {
   watched: string | null;
   /** What is looked at of it. */
   view: View;
+  /** It took the place of another by steering: that one's picture is shown until it has one. */
+  steered: boolean;
   /** The watched job is not known to the server. */
   watched_missing: boolean;
   /** Error against time of the watched job, by ascending seconds. */
@@ -36,7 +39,7 @@ export interface State {
 export const kInitialState: State = {
   server: 'connecting', info: null, scenes: [], scene: null, environments: [], environment: null,
   reports: {}, jobs: [], older: null,
-  watched: null, view: 'picture', watched_missing: false, series: [], notice: null,
+  watched: null, view: 'picture', steered: false, watched_missing: false, series: [], notice: null,
 };
 
 export type Action =
@@ -54,9 +57,10 @@ export type Action =
   | { type: 'job'; job: Job }
   | { type: 'series'; job: string; points: SeriesPoint[] }
   | { type: 'event'; event: JobEvent }
-  | { type: 'watch'; job: string | null }
+  | { type: 'watch'; job: string | null; steered?: boolean }
   | { type: 'view'; view: View }
   | { type: 'job_missing'; job: string }
+  | { type: 'job_left'; job: string }
   | { type: 'notice'; text: string | null };
 
 /** The state after `action`. What is older than what is known never replaces it. */
@@ -76,9 +80,10 @@ export function reduce(state: State, action: Action): State {
     case 'job': return with_job(state, action.job);
     case 'series': return action.job === state.watched ? with_points(state, action.points) : state;
     case 'event': return with_event(state, action.event);
-    case 'watch': return with_watch(state, action.job);
+    case 'watch': return with_watch(state, action.job, action.steered ?? false);
     case 'view': return { ...state, view: action.view };
     case 'job_missing': return without_job(state, action.job);
+    case 'job_left': return without_job(state, action.job);
     case 'notice': return { ...state, notice: action.text };
   }
 }
@@ -99,6 +104,18 @@ export function find_job(state: State, id: string | null): Job | null {
 /** The report of the chosen scene, or why there is none; null while it is on its way. */
 export function chosen_report(state: State): SceneReport | string | null {
   return state.scene === null ? null : state.reports[state.scene] ?? null;
+}
+
+/** Where the watched picture is taken from; null where that is not known, or cannot be turned. */
+export function watched_placement(state: State): Placement | null {
+  const job = watched_job(state);
+  const report = job && state.reports[job.scene];
+  if (!job) return null;
+  const { camera } = job.spec;
+  if (typeof camera === 'object') return camera;
+  if (!report || typeof report === 'string') return null;
+  const found = typeof camera === 'number' ? report.cameras[camera] : report.cameras.find(({ name }) => name === camera);
+  return found && found.yfov_deg !== null ? placement_of(found, report.centre) : null;
 }
 
 /** A name for people: the scene's, else the start of its id. */
@@ -207,7 +224,7 @@ function thinned(points: SeriesPoint[]): SeriesPoint[] {
   });
 }
 
-function with_watch(state: State, job: string | null): State {
+function with_watch(state: State, job: string | null, steered: boolean): State {
   if (job === state.watched) return state;
-  return { ...state, watched: job, watched_missing: false, series: [], notice: null };
+  return { ...state, watched: job, steered, watched_missing: false, series: [], notice: null };
 }

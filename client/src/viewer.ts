@@ -1,7 +1,8 @@
 import type { FramePicture } from './api';
 import { by_id, set_text } from './dom';
 import { same, type FrameKey, type View } from './frames';
-import type { Job } from './wire';
+import { watched_job, watched_placement, type State } from './state';
+import { is_terminal, type Job } from './wire';
 
 /** The stage with the picture of the watched job or with its error, and what chooses between them. */
 export class Viewer {
@@ -9,23 +10,39 @@ export class Viewer {
   private readonly canvas = by_id('picture', HTMLCanvasElement);
   private readonly placeholder = by_id('placeholder', HTMLElement);
   private readonly legend = by_id('legend', HTMLElement);
+  private readonly steering = by_id('steering', HTMLElement);
   private readonly choices = (['picture', 'error'] as const).map(
     (view) => ({ view, button: by_id(`show-${view}`, HTMLButtonElement) }));
   private drawn: FrameKey | null = null;
+  /** Whether another place can be looked from. */
+  private steerable = false;
 
   constructor(on_view: (view: View) => void) {
     for (const { view, button } of this.choices) button.addEventListener('click', () => on_view(view));
   }
 
   /** Empties the stage where something else is shown than is looked at, and says what is being waited for. */
-  render(job: Job | null, view: View, missing: boolean): void {
-    if (!same(this.drawn, job && { job: job.id, view })) this.drawn = null;
+  render(state: State): void {
+    const job = watched_job(state);
+    if (!this.shows(state, job)) this.drawn = null;
     this.canvas.hidden = this.drawn === null;
     this.placeholder.hidden = this.drawn !== null;
-    set_text(this.placeholder, missing ? 'The server does not know this job (any more).' : waiting_for(job, view));
+    const missing = 'The server does not know this job (any more).';
+    set_text(this.placeholder, state.watched_missing ? missing : waiting_for(job, state.view));
     this.legend.hidden = this.drawn?.view !== 'error';
     set_text(this.legend, legend_of(job));
-    for (const choice of this.choices) choice.button.setAttribute('aria-pressed', String(choice.view === view));
+    this.steerable = watched_placement(state) !== null;
+    this.steering.hidden = this.drawn === null || !this.steerable;
+    this.canvas.toggleAttribute('data-steerable', this.steerable);
+    this.canvas.tabIndex = this.steerable ? 0 : -1;
+    for (const choice of this.choices) choice.button.setAttribute('aria-pressed', String(choice.view === state.view));
+  }
+
+  /** Whether what is drawn may stay: it is what is looked at, or what that takes the place of. */
+  private shows({ view, steered }: State, job: Job | null): boolean {
+    if (same(this.drawn, job && { job: job.id, view })) return true;
+    if (!job || !steered || this.drawn?.view !== view) return false;
+    return job.revision > 0 || !is_terminal(job.state);
   }
 
   draw(picture: FramePicture, key: FrameKey, description: string): void {
@@ -43,6 +60,7 @@ export class Viewer {
     this.canvas.hidden = false;
     this.placeholder.hidden = true;
     this.legend.hidden = key.view !== 'error';
+    this.steering.hidden = !this.steerable;
   }
 }
 

@@ -3,6 +3,7 @@ import { count, flag, list, maybe, number, object, one_of, text, WireError, type
 export type JobState =
   | 'queued' | 'preparing' | 'rendering' | 'finalizing' | 'succeeded' | 'canceling' | 'canceled' | 'failed' | 'paused';
 export type PauseReason = 'request' | 'disk_full';
+export type Priority = 'interactive' | 'batch';
 export type Method = 'auto' | 'path' | 'photon_map' | 'progressive' | 'hybrid';
 
 export interface Info {
@@ -41,10 +42,12 @@ export interface Camera {
   yfov_deg: number | null;
 }
 
-/** A place to take a picture from; +Y is up. */
+/** A place to take a picture from. */
 export interface Placement {
   eye: Triple;
   target: Triple;
+  /** Without it +Y is up. */
+  up?: Triple;
   yfov_deg: number;
 }
 
@@ -122,16 +125,28 @@ export interface JobNumbers {
   revision: number;
 }
 
+/** What a job was asked for, with what the server filled in. */
+export interface JobSpec {
+  environment: EnvironmentChoice | null;
+  /** Index, name or place. */
+  camera: number | string | Placement;
+  film: { width: number; height: number };
+  method: Method;
+  photons_per_pass: number;
+  radius: number;
+  gather_photons: number;
+  seed: number;
+  stop: StopRule;
+  priority: Priority;
+}
+
 export interface Job extends JobNumbers {
   id: string;
   /** As the server writes times: the texts are ordered as the times are. */
   created_at: string;
   scene: string;
   label: string;
-  method: Method;
-  width: number;
-  height: number;
-  stop: StopRule;
+  spec: JobSpec;
   plan: Plan | null;
   /** From leaving the queue to the first picture, on the wall clock. */
   first_frame_seconds: number | null;
@@ -165,16 +180,9 @@ export interface Problem {
   pointer: string;
 }
 
-/** What is sent to start a job. */
-export interface JobRequest {
+/** What is sent to start a job; the server fills in what is missing. */
+export interface JobRequest extends Partial<Omit<JobSpec, 'stop'>> {
   scene: string;
-  environment: EnvironmentChoice | null;
-  /** Index or place. */
-  camera: number | Placement;
-  film: { width: number; height: number };
-  method: Method;
-  photons_per_pass?: number;
-  seed: number;
   stop: Partial<Record<keyof StopRule, number>>;
   label?: string;
 }
@@ -221,7 +229,31 @@ const parse_numbers: Parser<JobNumbers> = (value, pointer) => {
   };
 };
 
-const spec = object({ method, film: object({ width: count, height: count }), stop: stop_rule });
+const vector: Parser<Triple> = (value, pointer) => {
+  const [x, y, z, ...more] = list(number)(value, pointer);
+  if (x === undefined || y === undefined || z === undefined || more.length > 0) throw new WireError(pointer, 'three numbers');
+  return [x, y, z];
+};
+
+const placement = object({ eye: vector, target: vector, up: vector, yfov_deg: number });
+
+const camera: Parser<JobSpec['camera']> = (value, pointer) => {
+  if (typeof value === 'string') return value;
+  return typeof value === 'number' ? count(value, pointer) : placement(value, pointer);
+};
+
+const spec = object<JobSpec>({
+  environment: maybe(object<EnvironmentChoice>({ id: text, rotation_deg: number, scale: number })),
+  camera,
+  film: object({ width: count, height: count }),
+  method,
+  photons_per_pass: count,
+  radius: number,
+  gather_photons: count,
+  seed: count,
+  stop: stop_rule,
+  priority: one_of('interactive', 'batch'),
+});
 
 const job_frame = object({
   id: text,
@@ -236,16 +268,8 @@ const job_frame = object({
 });
 
 export const parse_job: Parser<Job> = (value, pointer) => {
-  const { spec: asked, problem, ...rest } = job_frame(value, pointer);
-  return {
-    ...rest,
-    ...parse_numbers(value, pointer),
-    method: asked.method,
-    width: asked.film.width,
-    height: asked.film.height,
-    stop: asked.stop,
-    failure: problem?.detail ?? null,
-  };
+  const { problem, ...rest } = job_frame(value, pointer);
+  return { ...rest, ...parse_numbers(value, pointer), failure: problem?.detail ?? null };
 };
 
 export const parse_jobs: Parser<JobPage> = object<JobPage>({ jobs: list(parse_job), next_cursor: maybe(text) });
@@ -282,12 +306,6 @@ export const parse_environment: Parser<Environment> =
 
 export const parse_environments: Parser<Environment[]> = (value, pointer) =>
   object({ environments: list(parse_environment) })(value, pointer).environments;
-
-const vector: Parser<Triple> = (value, pointer) => {
-  const [x, y, z, ...more] = list(number)(value, pointer);
-  if (x === undefined || y === undefined || z === undefined || more.length > 0) throw new WireError(pointer, 'three numbers');
-  return [x, y, z];
-};
 
 const report = object({
   counts: object({ triangles: count, emissive_triangles: count }),

@@ -3,7 +3,7 @@ import { log_axis, log_ticks } from '../src/chart';
 import { format_count, format_lengths, format_percent, format_seconds } from '../src/format';
 import { about } from '../src/job_list';
 import { error_notes, further, progress_of, trouble_of } from '../src/job_panel';
-import { a_job } from './messages';
+import { a_job, a_spec } from './messages';
 
 /** With spaces where a line may not break. */
 const broken = (text: string) => text.replaceAll('\u00a0', ' ');
@@ -34,13 +34,13 @@ describe('progress_of', () => {
   const rule = { passes: null, seconds: null, relative_error: null };
 
   it('is that of the rule that is nearest', () => {
-    expect(progress_of(a_job({ passes: 4, seconds: 6, stop: { ...rule, passes: 16, seconds: 10 } }))).toBe(0.6);
-    expect(progress_of(a_job({ error: 0.2, stop: { ...rule, relative_error: 0.1 } }))).toBeCloseTo(0.25);
-    expect(progress_of(a_job({ passes: 20, stop: { ...rule, passes: 16 } }))).toBe(1);
+    expect(progress_of(a_job({ passes: 4, seconds: 6, spec: a_spec({ stop: { ...rule, passes: 16, seconds: 10 } }) }))).toBe(0.6);
+    expect(progress_of(a_job({ error: 0.2, spec: a_spec({ stop: { ...rule, relative_error: 0.1 } }) }))).toBeCloseTo(0.25);
+    expect(progress_of(a_job({ passes: 20, spec: a_spec({ stop: { ...rule, passes: 16 } }) }))).toBe(1);
   });
 
   it('is unknown before there is an error to compare, and whole at the end', () => {
-    expect(progress_of(a_job({ error: null, stop: { ...rule, relative_error: 0.1 } }))).toBeNull();
+    expect(progress_of(a_job({ error: null, spec: a_spec({ stop: { ...rule, relative_error: 0.1 } }) }))).toBeNull();
     expect(progress_of(a_job({ state: 'succeeded', passes: 1 }))).toBe(1);
   });
 });
@@ -48,9 +48,9 @@ describe('progress_of', () => {
 describe('further', () => {
   it('is twice as far as the rule, or as the job where a pass led beyond it', () => {
     const rule = { passes: 16, seconds: 10, relative_error: 0.1 };
-    expect(further(a_job({ stop: rule, passes: 16, seconds: 4, error: 0.2 }))).toEqual({ passes: 32, seconds: 20, relative_error: 0.05 });
-    expect(further(a_job({ stop: rule, passes: 8, seconds: 25, error: 0.04 }))).toEqual({ passes: 32, seconds: 50, relative_error: 0.02 });
-    expect(further(a_job({ stop: { ...rule, passes: null, seconds: null }, error: null }))).toEqual({ relative_error: 0.05 });
+    expect(further(a_job({ spec: a_spec({ stop: rule }), passes: 16, seconds: 4, error: 0.2 }))).toEqual({ passes: 32, seconds: 20, relative_error: 0.05 });
+    expect(further(a_job({ spec: a_spec({ stop: rule }), passes: 8, seconds: 25, error: 0.04 }))).toEqual({ passes: 32, seconds: 50, relative_error: 0.02 });
+    expect(further(a_job({ spec: a_spec({ stop: { ...rule, passes: null, seconds: null } }), error: null }))).toEqual({ relative_error: 0.05 });
   });
 });
 
@@ -60,7 +60,7 @@ describe('error_notes', () => {
 
   it('says what the error is made of where there is more than noise', () => {
     expect(error_notes(a_job()).map(broken)).toEqual(['noise 24 %', 'bias 7.0 %']);
-    expect(error_notes(a_job({ bias: 0, stop: { ...rule, relative_error: 0.1 } })).map(broken)).toEqual(['to 10 %']);
+    expect(error_notes(a_job({ bias: 0, spec: a_spec({ stop: { ...rule, relative_error: 0.1 } }) })).map(broken)).toEqual(['to 10 %']);
     expect(error_notes(a_job({ error: null, noise: null, bias: null }))).toEqual([]);
   });
 
@@ -73,9 +73,10 @@ describe('error_notes', () => {
 describe('the list of jobs', () => {
   it('tells how far a job is, and that its method is biased', () => {
     const plan = { method: 'photon_map' as const, biased: true, uses_maps: true, items: [] };
-    expect(about(a_job({ passes: 1, width: 64, height: 48 }))).toBe('1 pass · 64 × 48');
-    expect(about(a_job({ passes: 2, width: 64, height: 48, plan }))).toBe('2 passes · 64 × 48 · biased preview');
-    expect(about(a_job({ passes: 0, width: 64, height: 48, plan: null }))).toBe('0 passes · 64 × 48');
+    const spec = a_spec({ film: { width: 64, height: 48 } });
+    expect(about(a_job({ passes: 1, spec }))).toBe('1 pass · 64 × 48');
+    expect(about(a_job({ passes: 2, spec, plan }))).toBe('2 passes · 64 × 48 · biased preview');
+    expect(about(a_job({ passes: 0, spec, plan: null }))).toBe('0 passes · 64 × 48');
   });
 });
 

@@ -1,11 +1,11 @@
-import type { Job, JobEvent } from '../src/wire';
+import type { Job, JobEvent, JobSpec } from '../src/wire';
 
 /** A job as the server sends it. */
 export function job_message(changes: Record<string, unknown> = {}): Record<string, unknown> {
   return {
     id: 'j-1', state: 'rendering', version: 5, label: '', scene: 'ab'.repeat(32),
     spec: {
-      scene: 'ab'.repeat(32), camera: 0, film: { width: 320, height: 200 }, method: 'auto', photons_per_pass: 1000,
+      scene: 'ab'.repeat(32), environment: null, camera: 0, film: { width: 320, height: 200 }, method: 'auto', photons_per_pass: 1000,
       radius: 0, gather_photons: 64, seed: 0, stop: { passes: 16, seconds: null, relative_error: null },
       priority: 'interactive', label: '',
     },
@@ -47,10 +47,18 @@ export function scene_message(changes: Record<string, unknown> = {}): Record<str
   };
 }
 
+export function a_spec(changes: Partial<JobSpec> = {}): JobSpec {
+  return {
+    environment: null, camera: 0, film: { width: 320, height: 200 }, method: 'auto', photons_per_pass: 1000, radius: 0,
+    gather_photons: 64, seed: 0, stop: { passes: 16, seconds: null, relative_error: null }, priority: 'interactive',
+    ...changes,
+  };
+}
+
 export function a_job(changes: Partial<Job> = {}): Job {
   return {
-    id: 'j-1', created_at: '2026-01-31T12:00:00.123Z', scene: 'ab'.repeat(32), label: '', state: 'rendering', version: 5, method: 'auto', width: 320,
-    height: 200, stop: { passes: 16, seconds: null, relative_error: null }, plan: null, passes: 3, seconds: 1.5,
+    id: 'j-1', created_at: '2026-01-31T12:00:00.123Z', scene: 'ab'.repeat(32), label: '', state: 'rendering', version: 5,
+    spec: a_spec(), plan: null, passes: 3, seconds: 1.5,
     rejected_samples: 0, error: 0.25, noise: 0.24, bias: 0.07, eta_seconds: 4.5, map_hits: 2, map_disk_hits: 1, map_misses: 1, revision: 2, first_frame_seconds: 0.4, paused_because: null, failure: null,
     ...changes,
   };

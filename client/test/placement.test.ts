@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { placement_of } from '../src/camera_field';
+import { placement_of } from '../src/placement';
 import type { Camera } from '../src/wire';
 
 const camera: Camera = { name: '', eye: [0, 1, 3.9000000953674316], direction: [0, 0, -1], yfov_deg: 39.30490493774414 };

@@ -1,17 +1,43 @@
 import { describe, expect, it } from 'vitest';
-import { environment_title, kInitialState, reduce, scene_name, watched_job, type Action, type State } from '../src/state';
-import { parse_report, type Job, type JobPage, type Scene } from '../src/wire';
-import { a_job, an_event, scene_message } from './messages';
+import { environment_title, kInitialState, reduce, scene_name, watched_job, watched_placement, type Action, type State } from '../src/state';
+import { parse_report, type Job, type JobPage, type JobSpec, type Placement, type Scene } from '../src/wire';
+import { a_job, a_spec, an_event, scene_message } from './messages';
 
 const after = (state: State, ...actions: Action[]) => actions.reduce(reduce, state);
 const watching: State = { ...kInitialState, jobs: [a_job()], watched: 'j-1' };
 const a_page = (jobs: Job[], next_cursor: string | null = null): JobPage => ({ jobs, next_cursor });
 const a_scene = (id: string, name: string): Scene => ({ id, name, bytes: 10, sample: name !== '' });
 
+describe('where the watched picture is taken from', () => {
+  const report = parse_report(scene_message({ id: 'ab'.repeat(32) }), '');
+  const known = after(watching, { type: 'report', scene: report.id, report });
+  const watching_from = (camera: JobSpec['camera']) => ({ ...known, jobs: [a_job({ spec: a_spec({ camera }) })] });
+
+  it('is a camera of the scene, by index or name', () => {
+    expect(watched_placement(watching_from(0))).toMatchObject({ eye: [0, 0, 0], target: [0, 0, -1], yfov_deg: 40 });
+    expect(watched_placement(watching_from('main'))).toEqual(watched_placement(watching_from(0)));
+    expect(watched_placement(watching_from('other'))).toBeNull();
+    expect(watched_placement(watching_from(1))).toBeNull();
+  });
+
+  it('is a place, whatever is known of the scene', () => {
+    const place: Placement = { eye: [1, 2, 3], target: [0, 0, 0], up: [0, 0, 1], yfov_deg: 30 };
+    expect(watched_placement({ ...watching_from(place), reports: {} })).toEqual(place);
+  });
+
+  it('is not known without the scene\'s report, of an orthographic camera, or while nothing is watched', () => {
+    expect(watched_placement(watching)).toBeNull();
+    expect(watched_placement(after(watching, { type: 'report', scene: report.id, report: 'gone' }))).toBeNull();
+    const cameras = report.cameras.map((camera) => ({ ...camera, yfov_deg: null }));
+    expect(watched_placement({ ...known, reports: { [report.id]: { ...report, cameras } } })).toBeNull();
+    expect(watched_placement({ ...known, watched: null })).toBeNull();
+  });
+});
+
 describe('jobs', () => {
   it('takes the numbers of a newer event', () => {
     const job = watched_job(after(watching, { type: 'event', event: an_event() }));
-    expect(job).toMatchObject({ version: 6, passes: 4, error: 0.2, revision: 3, map_hits: 3, width: 320 });
+    expect(job).toMatchObject({ version: 6, passes: 4, error: 0.2, revision: 3, map_hits: 3, id: 'j-1' });
   });
 
   it('is not changed by an older event, job or list', () => {

@@ -29,6 +29,7 @@ describe('parse_job', () => {
     expect(parse_job(job_message({ state: 'failed', problem }), '').failure).toBe('too dark');
   });
 
+  const spec_message = job_message()['spec'] as object;
   it.each([
     ['/state', { state: 'resting' }],
     ['/passes', { passes: '3' }],
@@ -40,7 +41,10 @@ describe('parse_job', () => {
     ['/plan/items/0/reason', { plan: { method: 'path', biased: false, uses_maps: false, items: [{ feature: 'x', active: true }] } }],
     ['/plan/method', { plan: { method: 'magic', biased: false, items: [] } }],
     ['/spec', { spec: null }],
-    ['/spec/film/width', { spec: { method: 'path', film: { height: 3 }, stop: {} } }],
+    ['/spec/film/width', { spec: { ...spec_message, film: { height: 3 } } }],
+    ['/spec/camera', { spec: { ...spec_message, camera: -1 } }],
+    ['/spec/camera/up', { spec: { ...spec_message, camera: { eye: [0, 0, 1], target: [0, 0, 0], up: [0, 1], yfov_deg: 40 } } }],
+    ['/spec/environment/id', { spec: { ...spec_message, environment: { rotation_deg: 0, scale: 1 } } }],
     ['/id', { id: null }],
   ])('names %s where it is malformed', (pointer, changes) => {
     expect(pointer_of_failure(() => parse_job(job_message(changes), ''))).toBe(pointer);

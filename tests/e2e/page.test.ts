@@ -40,6 +40,17 @@ async function download(selector: string): Promise<{ name: string; bytes: Buffer
   return { name: file.suggestedFilename(), bytes: readFileSync(await file.path()) };
 }
 
+interface JobFacts {
+  id: string;
+  label: string;
+  state: string;
+}
+
+/** All jobs, the newest first. */
+async function jobs(): Promise<JobFacts[]> {
+  return (await (await fetch(`${photond.url}v1/jobs?limit=200`)).json() as { jobs: JobFacts[] }).jobs;
+}
+
 async function cancel(): Promise<void> {
   await page.click('#cancel');
   await wait_for_state(page, 'canceled', 5_000);
@@ -242,6 +253,99 @@ describe('a picture', () => {
   });
 });
 
+describe('steering', () => {
+  /** Where a job's picture is taken from; the place of another one by its name. */
+  async function camera_of(job: string): Promise<{ eye: number[]; target: number[] }> {
+    const { spec } = await (await fetch(`${photond.url}v1/jobs/${job}`)).json() as { spec: { camera: never } };
+    return spec.camera;
+  }
+
+  async function drag(right: number, down: number, steps: number): Promise<void> {
+    const box = (await page.locator('#picture').boundingBox())!;
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    for (let i = 1; i <= steps; ++i) {
+      await page.mouse.move(x + right * box.height * i / steps, y + down * box.height * i / steps);
+      await page.waitForTimeout(60);
+    }
+    await page.mouse.up();
+  }
+
+  const watched = () => new URL(page.url()).hash.slice('#job='.length);
+  const distance = ({ eye, target }: { eye: number[]; target: number[] }) =>
+    Math.hypot(...eye.map((value, axis) => value - target[axis]!));
+
+  it('turns the camera by a drag, leaves no jobs behind, and leads back', async () => {
+    await page.selectOption('#scene', { index: 0 });
+    await page.selectOption('#camera', '0');
+    const first = await start_job(page, { width: 96, height: 64, seconds: 20 });
+    const before = await shown_where(page, (picture) => picture.job === first);
+    await page.locator('#steering').waitFor();
+
+    await drag(0.25, 0.05, 12);
+    const last = await shown_where(page, (picture) => picture.job === watched() && picture.job !== first);
+    expect(last.fingerprint).not.toBe(before.fingerprint);
+    await page.waitForTimeout(500);
+    const job = watched();
+    const camera = await camera_of(job);
+    const at = await Promise.all(['x', 'y', 'z'].map(async (axis) => Number(await page.inputValue(`#camera-eye-${axis}`))));
+    at.forEach((value, axis) => expect(value).toBeCloseTo(camera.eye[axis]!, 4));
+    expect(await page.inputValue('#camera')).toBe('elsewhere');
+    // A quarter of the height is an eighth of a turn, to the left; and a little up.
+    const [x, y, z] = camera.eye.map((value, axis) => value - camera.target[axis]!) as [number, number, number];
+    expect(Math.atan2(x, z)).toBeCloseTo(-Math.PI / 4, 2);
+    expect(y / distance(camera)).toBeCloseTo(Math.sin(0.05 * Math.PI), 2);
+    await page.screenshot({ path: join(kPictures, 'steered.png'), fullPage: true });
+
+    // Of the jobs on the way nothing is left but the one that is watched.
+    const others = async () => {
+      const ids = (await jobs()).map(({ id }) => id);   // the newest first
+      return ids.slice(0, ids.indexOf(first)).filter((id) => id !== job);
+    };
+    const deadline = Date.now() + 5_000;
+    while ((await others()).length > 0 && Date.now() < deadline) await page.waitForTimeout(50);
+    expect(await others()).toEqual([]);
+
+    await page.goBack();
+    expect(watched()).toBe(first);
+    await shown_where(page, (picture) => picture.job === first);
+    await wait_for_state(page, 'paused');
+    await fetch(`${photond.url}v1/jobs/${first}/cancel`, { method: 'POST' });
+    await fetch(`${photond.url}v1/jobs/${job}/cancel`, { method: 'POST' });
+  });
+
+  it('moves along, goes nearer and turns, by keys and wheel', async () => {
+    await page.selectOption('#scene', { index: 0 });
+    await page.selectOption('#camera', '0');
+    const first = await start_job(page, { width: 48, height: 32, passes: 4 });
+    await shown_where(page, (picture) => picture.job === first);
+    await page.locator('#steering').waitFor();
+    /** What a key or the wheel has led to. */
+    const after = async (act: () => Promise<void>) => {
+      const now = watched();
+      await act();
+      await shown_where(page, (picture) => picture.job === watched() && picture.job !== now);
+      await page.waitForTimeout(200);
+      return camera_of(watched());
+    };
+    const scrolled = () => page.evaluate(() => scrollY);
+    await page.focus('#picture');
+    const turned = await after(() => page.keyboard.press('ArrowRight'));
+    expect(turned.eye[0]).toBeGreaterThan(turned.target[0]!);
+    const nearer = await after(() => page.keyboard.press('+'));
+    expect(distance(nearer)).toBeCloseTo(distance(turned) / 1.1, 3);
+    const moved = await after(() => page.keyboard.press('Shift+ArrowUp'));
+    expect(moved.target[1]).toBeGreaterThan(nearer.target[1]!);
+    expect(distance(moved)).toBeCloseTo(distance(nearer), 3);
+    const top = await scrolled();
+    await page.hover('#picture');
+    const farther = await after(() => page.mouse.wheel(0, 100));
+    expect(distance(farther)).toBeCloseTo(distance(moved) * 1.1, 3);
+    expect(await scrolled()).toBe(top);
+  });
+});
+
 describe('the list of jobs', () => {
   it('goes back as far as the server does', async () => {
     const { scenes } = await (await fetch(`${photond.url}v1/scenes`)).json() as { scenes: { id: string }[] };
@@ -251,6 +355,9 @@ describe('the list of jobs', () => {
       const headers = { 'Content-Type': 'application/json' };
       expect((await fetch(`${photond.url}v1/jobs`, { method: 'POST', body, headers })).status).toBe(202);
     }
+    // Those that still run would come into the list as events tell of them.
+    const unfinished = async () => (await jobs()).filter(({ label, state }) => label.startsWith('small ') && state !== 'succeeded');
+    await expect.poll(unfinished, { timeout: 20_000 }).toEqual([]);
     await page.reload();
     const titles = () => page.locator('#jobs a').allTextContents();
     await expect.poll(async () => (await titles()).length).toBe(50);

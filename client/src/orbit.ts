@@ -1,0 +1,85 @@
+import type { Placement, Triple } from './wire';
+
+const kUp: Triple = [0, 1, 0];
+const kSteepest = (89 / 180) * Math.PI; // short of straight up and down, where a camera has no horizon
+const kDigits = 6;
+
+/** The camera turned about what it looks at: by angles to the right and upwards, in radians, never over the top. */
+export function turned(from: Placement, right: number, upwards: number): Placement {
+  const axis = axis_of(from);
+  const offset = minus(from.eye, from.target);
+  const distance = length(offset);
+  if (distance === 0) return from;
+  const height = dot(offset, axis) / distance;
+  const flat = minus(offset, scaled(axis, height * distance));
+  const out = unit(length(flat) > 1e-6 * distance ? flat : any_across(axis));
+  const about = plus(scaled(out, Math.cos(right)), scaled(cross(axis, out), Math.sin(right)));
+  const elevation = Math.max(-kSteepest, Math.min(kSteepest, Math.asin(Math.max(-1, Math.min(1, height))) + upwards));
+  const turned_offset = plus(scaled(about, Math.cos(elevation) * distance), scaled(axis, Math.sin(elevation) * distance));
+  return { ...from, eye: rounded(plus(from.target, turned_offset)) };
+}
+
+/** The camera and what it looks at moved sideways, in heights of the picture at that distance. */
+export function moved(from: Placement, right: number, up: number): Placement {
+  const ahead = minus(from.target, from.eye);
+  const distance = length(ahead);
+  if (distance === 0) return from;
+  const sideways = unit_across(ahead, axis_of(from));
+  const upright = unit(cross(sideways, ahead));
+  const height = 2 * distance * Math.tan((from.yfov_deg / 360) * Math.PI);
+  const step = plus(scaled(sideways, right * height), scaled(upright, up * height));
+  return { ...from, eye: rounded(plus(from.eye, step)), target: rounded(plus(from.target, step)) };
+}
+
+/** The camera at `factor` times its distance from what it looks at. */
+export function farther(from: Placement, factor: number): Placement {
+  return { ...from, eye: rounded(plus(from.target, scaled(minus(from.eye, from.target), factor))) };
+}
+
+function axis_of({ up = kUp }: Placement): Triple {
+  return length(up) > 0 ? unit(up) : kUp;
+}
+
+/** To the right of who looks `ahead`, level. */
+function unit_across(ahead: Triple, axis: Triple): Triple {
+  const across = cross(ahead, axis);
+  return unit(length(across) > 1e-6 * length(ahead) ? across : any_across(axis));
+}
+
+function any_across(axis: Triple): Triple {
+  return cross(axis, Math.abs(axis[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]);
+}
+
+function dot(a: Triple, b: Triple): number {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+function cross(a: Triple, b: Triple): Triple {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+
+function plus(a: Triple, b: Triple): Triple {
+  return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+}
+
+function minus(a: Triple, b: Triple): Triple {
+  return plus(a, scaled(b, -1));
+}
+
+function scaled(a: Triple, factor: number): Triple {
+  return [a[0] * factor, a[1] * factor, a[2] * factor];
+}
+
+function length(a: Triple): number {
+  return Math.hypot(...a);
+}
+
+function unit(a: Triple): Triple {
+  return scaled(a, 1 / length(a));
+}
+
+/** To digits that people can read. */
+function rounded(a: Triple): Triple {
+  const [x, y, z] = a.map((value) => Number(value.toPrecision(kDigits)) + 0) as Triple;
+  return [x, y, z];
+}
