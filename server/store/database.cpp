@@ -29,27 +29,25 @@ bool is_damage(int code) { return (code & 0xff) == SQLITE_CORRUPT || (code & 0xf
 
 Query::Query(Transaction& transaction, std::string_view sql) : transaction_(&transaction) {
   Database& database = transaction.database_;
-  if (const auto found = database.idle_.find(sql); found != database.idle_.end()) {
-    statement_ = found->second;
-    database.idle_.erase(found);
-    return;
+  auto found = database.idle_.find(sql);
+  if (found == database.idle_.end()) {
+    found = database.idle_.emplace(sql, nullptr);
+    const int code = sqlite3_prepare_v3(database.connection_, sql.data(), static_cast<int>(sql.size()),
+                                        SQLITE_PREPARE_PERSISTENT, &found->second, nullptr);
+    if (code != SQLITE_OK) {
+      fail(code);
+      database.idle_.erase(found);
+      return;
+    }
   }
-  const int code = sqlite3_prepare_v3(database.connection_, sql.data(), static_cast<int>(sql.size()),
-                                      SQLITE_PREPARE_PERSISTENT, &statement_, nullptr);
-  if (code != SQLITE_OK) fail(code);
+  taken_ = database.idle_.extract(found);
 }
 
-Query::Query(Query&& other) noexcept
-    : transaction_(other.transaction_),
-      statement_(std::exchange(other.statement_, nullptr)),
-      bound_(other.bound_),
-      failure_(std::move(other.failure_)) {}
-
 Query::~Query() {
-  if (statement_ == nullptr) return;
-  sqlite3_reset(statement_);
-  sqlite3_clear_bindings(statement_);
-  transaction_->database_.idle_.emplace(sqlite3_sql(statement_), statement_);
+  if (taken_.empty()) return;
+  sqlite3_reset(statement());
+  sqlite3_clear_bindings(statement());
+  transaction_->database_.idle_.insert(std::move(taken_));
 }
 
 void Query::fail(int code) {
@@ -58,25 +56,25 @@ void Query::fail(int code) {
 
 bool Query::next() {
   if (failure_) return false;
-  const int code = sqlite3_step(statement_);
+  const int code = sqlite3_step(statement());
   if (code != SQLITE_ROW && code != SQLITE_DONE) fail(code);
   return code == SQLITE_ROW;
 }
 
 void Query::bind_value(std::int64_t value) {
   if (failure_) return;
-  if (const int code = sqlite3_bind_int64(statement_, ++bound_, value); code != SQLITE_OK) fail(code);
+  if (const int code = sqlite3_bind_int64(statement(), ++bound_, value); code != SQLITE_OK) fail(code);
 }
 
 void Query::bind_value(double value) {
   if (failure_) return;
-  if (const int code = sqlite3_bind_double(statement_, ++bound_, value); code != SQLITE_OK) fail(code);
+  if (const int code = sqlite3_bind_double(statement(), ++bound_, value); code != SQLITE_OK) fail(code);
 }
 
 void Query::bind_value(std::string_view value) {
   if (failure_) return;
   const int code =
-      sqlite3_bind_text64(statement_, ++bound_, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+      sqlite3_bind_text64(statement(), ++bound_, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
   if (code != SQLITE_OK) fail(code);
 }
 
@@ -84,28 +82,28 @@ void Query::bind_value(std::span<const std::byte> value) {
   if (failure_) return;
   // A null pointer would bind NULL.
   const void* data = value.empty() ? static_cast<const void*>("") : value.data();
-  const int code = sqlite3_bind_blob64(statement_, ++bound_, data, value.size(), SQLITE_TRANSIENT);
+  const int code = sqlite3_bind_blob64(statement(), ++bound_, data, value.size(), SQLITE_TRANSIENT);
   if (code != SQLITE_OK) fail(code);
 }
 
 void Query::bind_null() {
   if (failure_) return;
-  if (const int code = sqlite3_bind_null(statement_, ++bound_); code != SQLITE_OK) fail(code);
+  if (const int code = sqlite3_bind_null(statement(), ++bound_); code != SQLITE_OK) fail(code);
 }
 
-std::int64_t Query::integer(int column) const { return sqlite3_column_int64(statement_, column); }
-double Query::real(int column) const { return sqlite3_column_double(statement_, column); }
+std::int64_t Query::integer(int column) const { return sqlite3_column_int64(statement(), column); }
+double Query::real(int column) const { return sqlite3_column_double(statement(), column); }
 
 std::string Query::text(int column) const {
-  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement(), column));
   if (text == nullptr) return {};
-  return {text, static_cast<std::size_t>(sqlite3_column_bytes(statement_, column))};
+  return {text, static_cast<std::size_t>(sqlite3_column_bytes(statement(), column))};
 }
 
 std::vector<std::byte> Query::bytes(int column) const {
-  const auto* begin = static_cast<const std::byte*>(sqlite3_column_blob(statement_, column));
+  const auto* begin = static_cast<const std::byte*>(sqlite3_column_blob(statement(), column));
   if (begin == nullptr) return {};
-  return {begin, begin + sqlite3_column_bytes(statement_, column)};
+  return {begin, begin + sqlite3_column_bytes(statement(), column)};
 }
 
 // --- Database -----------------------------------------------------------------------------------------------------

@@ -28,10 +28,13 @@ struct Migration {
 
 class Transaction;
 
+/// By their SQL; one that is in use is taken out, so that giving it back needs no memory.
+using PreparedStatements = std::multimap<std::string, sqlite3_stmt*, std::less<>>;
+
 /// One use of a prepared statement.
 class Query {
  public:
-  Query(Query&&) noexcept;
+  Query(Query&&) noexcept = default;
   Query& operator=(Query&&) = delete;
   ~Query();  ///< gives the statement back
 
@@ -75,9 +78,10 @@ class Query {
   }
 
   void fail(int code);
+  sqlite3_stmt* statement() const { return taken_.mapped(); }
 
   Transaction* transaction_;
-  sqlite3_stmt* statement_ = nullptr;
+  PreparedStatements::node_type taken_;   ///< out of the database's; empty after a failure
   int bound_ = 0;
   std::optional<Error> failure_;
 };
@@ -152,7 +156,7 @@ class Database {
   std::mutex mutex_;
   sqlite3* connection_;
   Durability durability_ = Durability::full;
-  std::multimap<std::string, sqlite3_stmt*, std::less<>> idle_;  ///< prepared, by their SQL
+  PreparedStatements idle_;
 };
 
 }  // namespace photond
