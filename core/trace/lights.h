@@ -233,6 +233,12 @@ class Lights {
 
   std::vector<Light> lights_;                     // triangles first
   std::vector<EmitterTriangle> emitters_;         // one for each of the triangles among lights_
+  // How far from a point or spot its light begins: a surface that it lies in, but for rounding, must not hide it. None
+  // far outside, where a place itself is rounded by more.
+  float clearance(const Vec3& position) const {
+    return glm::distance(position, ball_.center) <= ball_.radius ? 0x1p-18f * ball_.radius : 0;
+  }
+
   std::vector<double> powers_;                    // of each light, towards the scene
   std::vector<float> sent_;                       // share of its power that its paths carry
   AliasTable choice_;                             // for light that is sampled from where it arrives

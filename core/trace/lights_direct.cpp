@@ -1,4 +1,5 @@
 // Light that is sampled from where it arrives.
+#include <algorithm>
 #include <cmath>
 
 #include "core/math/warp.h"
@@ -8,7 +9,7 @@ namespace photond {
 
 namespace {
 
-DirectSample sample_punctual(const PunctualLight& light, const Vec3& point, float choice) {
+DirectSample sample_punctual(const PunctualLight& light, float clearance, const Vec3& point, float choice) {
   DirectSample sample;
   if (light.type == LightType::directional) {
     sample.wi = -light.direction;
@@ -19,10 +20,11 @@ DirectSample sample_punctual(const PunctualLight& light, const Vec3& point, floa
   const Vec3 to_light = light.position - point;
   const float distance_sq = glm::dot(to_light, to_light);
   if (!(distance_sq > 0)) return {};
-  sample.wi = to_light / std::sqrt(distance_sq);
+  const float distance = std::sqrt(distance_sq);
+  sample.wi = to_light / distance;
   const float attenuation = light.attenuation(-sample.wi);
   sample.radiance = light.intensity * (attenuation / (distance_sq * choice));
-  sample.target = light.position;
+  sample.target = light.position - std::min(clearance, 0.5f * distance) * sample.wi;
   return sample;
 }
 
@@ -52,7 +54,10 @@ DirectSample Lights::sample_direct(const Scene& scene, const Vec3& point, const 
   const Light& light = lights_[index];
   const float choice = choice_.pdf(index);
   if (light.kind == Light::Kind::triangle) return sample_triangle(scene, index, point, Vec2(u));
-  if (light.kind == Light::Kind::punctual) return sample_punctual(scene.lights[light.index], point, choice);
+  if (light.kind == Light::Kind::punctual) {
+    const PunctualLight& source = scene.lights[light.index];
+    return sample_punctual(source, clearance(source.position), point, choice);
+  }
   const EnvironmentSample environment = scene.environment.sample(Vec2(u));
   DirectSample sample;
   sample.wi = environment.wi;

@@ -150,7 +150,8 @@ EmissionSample Lights::emit_point(const PunctualLight& light, float choice, floa
   if (aim.share() > 0) {
     pdf_w = (1 - aim.share()) * ordinary + aim.share() * aim.pdf_w(light.position, direction, drawn);
   }
-  return {{light.position, direction}, light.intensity * (light.attenuation(direction) / (pdf_w * choice))};
+  const Vec3 origin = light.position + clearance(light.position) * direction;
+  return {{origin, direction}, light.intensity * (light.attenuation(direction) / (pdf_w * choice))};
 }
 
 EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, const Aim& aim, Rng& rng) const {

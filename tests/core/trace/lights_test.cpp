@@ -256,5 +256,41 @@ TEST(Lights, ThinEmittersShineByTheirAlpha) {
   EXPECT_EQ(test::prepared(scene)->lights.total_power(), 0);
 }
 
+// A lamp is put where the ceiling is. Tilted, it lies there but for rounding.
+TEST(Lights, PointsInASurfaceShineOnItsEitherSide) {
+  for (const float tilt : {0.0f, 0.3f}) {
+    const Vec3 down(std::sin(tilt), -std::cos(tilt), 0), along(std::cos(tilt), std::sin(tilt), 0), side(0, 0, 1);
+    const Vec3 lamp = -2.5f * down + 0.3f * along - 0.4f * side;
+    Scene scene = test::empty_scene();
+    const auto white = test::add_material(scene, test::lambert(Rgb(0.5f)));
+    for (int i = -4; i < 4; ++i) {
+      for (int k = -4; k < 4; ++k) {
+        const Vec3 corner = 0.5f * static_cast<float>(i) * along + 0.5f * static_cast<float>(k) * side;
+        test::add_mesh(scene, test::parallelogram(corner - 2.5f * down, 0.5f * along, 0.5f * side), white);
+        test::add_mesh(scene, test::parallelogram(corner, 0.5f * side, 0.5f * along), white);
+      }
+    }
+    test::add_point_light(scene, lamp, Rgb(1));
+    const auto prepared = test::prepared(std::move(scene));
+    Rng rng(5, RngPurpose::pilot, 0, 0);
+    int hidden = 0, lost = 0, downwards = 0;
+    constexpr int kCount = 4000;
+    for (int i = 0; i < kCount; ++i) {
+      const Vec3 floor = (4 * rng.next() - 2) * along + (4 * rng.next() - 2) * side - 1e-3f * down;
+      const DirectSample direct = prepared->lights.sample_direct(prepared->scene, floor, Vec3(rng.next2(), rng.next()));
+      EXPECT_GT(direct.radiance.x, 0);
+      hidden += prepared->accel.occluded({floor, direct.target - floor, 1});
+      const Ray ray = prepared->lights.sample_emission(prepared->scene, rng).ray;
+      if (glm::dot(ray.direction, down) < 0.05f) continue;   // rounding hides some of what grazes the ceiling
+      ++downwards;
+      const Hit hit = prepared->accel.intersect(ray);
+      lost += hit.found() && hit.t < 2;
+    }
+    EXPECT_EQ(hidden, 0) << tilt;
+    EXPECT_EQ(lost, 0) << tilt;
+    EXPECT_GT(downwards, kCount / 3);
+  }
+}
+
 }  // namespace
 }  // namespace photond
