@@ -24,12 +24,14 @@ bool tangent_space(const Scene& scene, const SurfacePoint& s, Vec3& tangent, flo
     handedness = t.w < 0 ? -orientation : orientation;
     return true;
   }
-  const auto& uv = s.mesh->uv[s.material->normal_texture.uv_set];
+  const TextureSlot& slot = s.material->normal_texture;
+  const auto& uv = s.mesh->uv[slot.uv_set];
   if (uv.empty()) return false;
+  const glm::mat2 turn(slot.uv_transform[0], slot.uv_transform[1]);   // tangents are the picture's axes
   const Vec3 e1 = transform_vector(m, s.mesh->positions[s.vertices.y] - s.mesh->positions[s.vertices.x]);
   const Vec3 e2 = transform_vector(m, s.mesh->positions[s.vertices.z] - s.mesh->positions[s.vertices.x]);
-  const Vec2 d1 = uv[s.vertices.y] - uv[s.vertices.x];
-  const Vec2 d2 = uv[s.vertices.z] - uv[s.vertices.x];
+  const Vec2 d1 = turn * (uv[s.vertices.y] - uv[s.vertices.x]);
+  const Vec2 d2 = turn * (uv[s.vertices.z] - uv[s.vertices.x]);
   const float determinant = d1.x * d2.y - d1.y * d2.x;
   if (determinant == 0) return false;
   tangent = (d2.y * e1 - d1.y * e2) * (determinant < 0 ? -1.0f : 1.0f);

@@ -247,6 +247,37 @@ TEST(Surface, LookupAppliesTheSlotsTransformAndUvSet) {
   EXPECT_FLOAT_EQ(lookup(scene, slot, surface).x, 1);
 }
 
+// Tangents that a file does not give are the axes of the picture, wherever its transform turns them.
+TEST(Surface, NormalTexturesBendTowardsTheTurnedPicturesAxes) {
+  const auto bent = [](const glm::mat3x2& transform, bool baked_in) {
+    Scene scene = test::empty_scene();
+    scene.images.push_back({.width = 1, .height = 1, .u8 = {204, 128, 230, 255}});
+    scene.textures.push_back({});
+    Material material = test::lambert(Rgb(0.5f));
+    material.normal_texture.texture = 0;
+    Mesh mesh = test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    auto& uv = mesh.uv[0];
+    uv.clear();
+    for (const Vec3& p : mesh.positions) uv.emplace_back(p.x, 1 - p.y);
+    if (baked_in) {
+      for (Vec2& at : uv) at = transform * Vec3(at, 1);
+    } else {
+      material.normal_texture.uv_transform = transform;
+    }
+    test::add_mesh(scene, std::move(mesh), test::add_material(scene, material));
+    const auto prepared = test::prepared(std::move(scene));
+    const Ray ray{{0.3f, 0.4f, 1}, {0, 0, -1}};
+    return make_surface(prepared->scene, ray, prepared->accel.intersect(ray)).ns;
+  };
+  const glm::mat3x2 kinds[] = {{1, 0, 0, 1, 0, 0}, {1, 0, 0, -1, 0, 1}, {-2, 0, 0, 1, 0, 0}, {0, 1, -1, 0, 0, 0}};
+  const Vec3 straight = bent(kinds[0], false);
+  EXPECT_GT(straight.x, 0.4f);
+  for (const glm::mat3x2& transform : kinds) {
+    EXPECT_LT(glm::distance(bent(transform, false), bent(transform, true)), 1e-5f);
+  }
+  EXPECT_GT(glm::distance(bent(kinds[3], false), straight), 0.4f) << "a quarter of a turn";
+}
+
 // Transforms apply to coordinates that a mesh does not have, too, whether colour or alpha is looked up.
 TEST(Surface, WithoutCoordinatesTheTextureIsReadAtItsTransformedOrigin) {
   Scene scene;
