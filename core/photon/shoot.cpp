@@ -277,9 +277,10 @@ class Shooter {
           walk.depth > 0 && (gathered != kNoLobe || shared_on_gloss(walk, bsdf)));
     const Vec2 u = walk.rng.next2();
     const float choice = walk.rng.next();
-    const auto sample = bsdf.sample({u, choice}, kAllLobes, Transport::flux);
+    auto sample = bsdf.sample({u, choice}, kAllLobes, Transport::flux);
+    const bool by_gathered = sample && settle_gathered(bsdf, gathered, walk.rng, *sample);
     const float roulette = walk.rng.next();
-    if (!sample || (only_caustic_ && (sample->lobe & gathered) != 0)) {
+    if (!sample || (only_caustic_ && by_gathered)) {
       carry(walk, Rgb(0));
       return false;
     }
@@ -293,7 +294,7 @@ class Shooter {
       carry(walk, Rgb(0));
       return false;
     }
-    if ((sample->lobe & gathered) != 0) walk.map = kGlobal;
+    if (by_gathered) walk.map = kGlobal;
     walk.medium.cross(scene_.scene, surface, sample->transmitted);
     if (sample->transmitted) walk.etendue /= compression(*surface.material, surface.front);
     walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);

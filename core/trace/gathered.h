@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/math/rng.h"
 #include "core/trace/bsdf.h"
 
 namespace photond {
@@ -21,6 +22,26 @@ inline LobeMask gathered_lobes(const Bsdf& bsdf) {
 inline LobeMask gloss_lobes(const Bsdf& bsdf) {
   if ((bsdf.lobes() & kGlassLobe) != 0) return kNoLobe;
   return bsdf.lobes() & kReflectionLobe & ~gathered_lobes(bsdf) & ~bsdf.delta_lobes();
+}
+
+/// Whether what was sampled from all lobes was scattered by `gathered` ones. Where others scatter that way, too, chance
+/// decides, in proportion to what each of the two scatters, and the weight becomes that of those lobes alone. The lobe that
+/// was drawn does not tell: where lobes overlap, each is drawn for the light of both.
+inline bool settle_gathered(const Bsdf& bsdf, LobeMask gathered, Rng& rng, BsdfSample& sample) {
+  const LobeMask others = bsdf.lobes() & ~gathered & ~bsdf.delta_lobes();
+  const bool drawn = (sample.lobe & gathered) != 0;
+  if (sample.delta || gathered == kNoLobe || others == kNoLobe) return drawn;
+  const Rgb of_gathered = bsdf.eval(sample.wi, gathered, Transport::flux);
+  const Rgb of_others = bsdf.eval(sample.wi, others, Transport::flux);
+  const Rgb all = of_gathered + of_others;
+  const float sum = all.x + all.y + all.z;
+  if (!(sum > 0)) return drawn;
+  const float p = (of_gathered.x + of_gathered.y + of_gathered.z) / sum;
+  const bool settled = rng.next() < p;
+  const Rgb part = settled ? of_gathered / p : of_others / (1 - p);
+  for (int c = 0; c < 3; ++c) sample.weight[c] *= all[c] > 0 ? part[c] / all[c] : 0;
+  sample.lobe = settled ? gathered : others;
+  return settled;
 }
 
 }  // namespace photond

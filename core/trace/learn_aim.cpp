@@ -65,8 +65,8 @@ struct Pilot {
       const LobeMask gathered = gathered_lobes(bsdf);
       if (bounce > 0 && gathered != kNoLobe) return mean(flux);
       const Vec2 u = rng.next2();
-      const auto sample = bsdf.sample({u, rng.next()}, kAllLobes, Transport::flux);
-      if (!sample || (sample->lobe & gathered) != 0) return 0;
+      auto sample = bsdf.sample({u, rng.next()}, kAllLobes, Transport::flux);
+      if (!sample || settle_gathered(bsdf, gathered, rng, *sample)) return 0;
       flux *= sample->weight;
       medium.cross(scene, surface, sample->transmitted);
       ray = spawn_ray(surface, sample->wi);
@@ -87,9 +87,10 @@ struct Pilot {
       const LobeMask gathered = gathered_lobes(bsdf);
       photons += has_been && gathered != kNoLobe;
       const Vec2 u = rng.next2();
-      const auto sample = bsdf.sample({u, rng.next()}, kAllLobes, Transport::flux);
+      auto sample = bsdf.sample({u, rng.next()}, kAllLobes, Transport::flux);
+      const bool by_gathered = sample && settle_gathered(bsdf, gathered, rng, *sample);
       if (!sample || rng.next() >= survival_probability(max_component(sample->weight), bounce)) return photons;
-      has_been = has_been || (sample->lobe & gathered) != 0;
+      has_been = has_been || by_gathered;
       ray = spawn_ray(surface, sample->wi);
     }
     return photons;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/trace/gathered.h"
 #include "core/trace/microfacet.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -251,6 +252,41 @@ TEST(Microfacet, FresnelMatchesTheNormalAndTheCriticalAngle) {
   const float critical = std::sqrt(1 - 1 / (1.5f * 1.5f));
   EXPECT_EQ(fresnel_dielectric(critical - 1e-3f, 1 / 1.5f, cos_t), 1);
   EXPECT_LT(fresnel_dielectric(critical + 1e-3f, 1 / 1.5f, cos_t), 1);
+}
+
+// f·cos over the hemisphere, of some lobes.
+double reflected(const Bsdf& bsdf, LobeMask lobes) {
+  constexpr int kHeights = 800, kTurns = 800;
+  double sum = 0;
+  for (int i = 0; i < kHeights; ++i) {
+    for (int k = 0; k < kTurns; ++k) {
+      const float z = (static_cast<float>(i) + 0.5f) / kHeights, phi = 2 * kPi * (static_cast<float>(k) + 0.5f) / kTurns;
+      const float r = std::sqrt(1 - z * z);
+      sum += static_cast<double>(bsdf.eval({r * std::cos(phi), r * std::sin(phi), z}, lobes, Transport::flux).x * z);
+    }
+  }
+  return sum * 2 * static_cast<double>(kPi) / (kHeights * kTurns);
+}
+
+// Photons that go on as caustic ones carry what gloss scatters, the others what the base does, however they were drawn.
+TEST(Gathered, SettledLobesCarryTheirOwnLight) {
+  for (const float height : {0.15f, 0.5f, 1.0f}) {
+    const Plane plane(plastic(0.45f, Rgb(0.8f)));
+    const Bsdf bsdf(plane.scene, plane.surface, {std::sqrt(1 - height * height), 0, height});
+    const LobeMask gathered = gathered_lobes(bsdf);
+    ASSERT_EQ(gathered, kDiffuseLobe);
+    for (const bool wanted : {false, true}) {
+      const Sample carried = draw(400'000, [&](Rng& rng) {
+        const Vec2 u = rng.next2();
+        auto sample = bsdf.sample({u, rng.next()}, kAllLobes, Transport::flux);
+        if (!sample) return 0.0;
+        const bool by_gathered = settle_gathered(bsdf, gathered, rng, *sample);
+        return by_gathered == wanted ? static_cast<double>(sample->weight.x) : 0.0;
+      });
+      const double expected = reflected(bsdf, wanted ? kDiffuseLobe : kReflectionLobe);
+      EXPECT_TRUE(agrees(carried, expected)) << height << ' ' << wanted << ": " << carried.mean << " of " << expected;
+    }
+  }
 }
 
 }  // namespace
