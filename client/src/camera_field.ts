@@ -1,5 +1,5 @@
 import { by_id, make, set_children } from './dom';
-import { placement_of } from './placement';
+import { placement_of, readable } from './placement';
 import type { Placement, SceneReport, Triple } from './wire';
 
 const kElsewhere = 'elsewhere';
@@ -15,6 +15,8 @@ export class CameraField {
   private report: SceneReport | null = null;
   /** The camera of the scene that was chosen last. */
   private chosen = 0;
+  /** What is up there, if it is not +Y. */
+  private up: Triple | undefined;
 
   constructor() {
     this.select.addEventListener('change', () => this.choose());
@@ -36,7 +38,8 @@ export class CameraField {
 
   read(): number | Placement {
     if (!this.is_elsewhere()) return this.chosen;
-    return { eye: triple_of(this.eye), target: triple_of(this.target), yfov_deg: this.angle.valueAsNumber };
+    const up = this.up ? { up: this.up } : {};
+    return { eye: triple_of(this.eye), target: triple_of(this.target), ...up, yfov_deg: this.angle.valueAsNumber };
   }
 
   /** Chooses this place. */
@@ -54,25 +57,22 @@ export class CameraField {
   private choose(): void {
     const camera = this.report?.cameras[this.chosen];
     if (!this.is_elsewhere()) this.chosen = this.select.selectedIndex;
-    else if (camera) this.fill(placement_of(camera, this.report?.centre ?? null));
+    else if (camera) this.fill(placement_of(camera, this.report));
     this.show();
   }
 
-  private fill({ eye, target, yfov_deg }: Placement): void {
-    eye.forEach((value, axis) => { this.eye[axis]!.value = readable(value); });
-    target.forEach((value, axis) => { this.target[axis]!.value = readable(value); });
-    this.angle.value = readable(yfov_deg);
+  private fill(at: Placement): void {
+    const { eye, target, up, yfov_deg } = readable(at);
+    eye.forEach((value, axis) => { this.eye[axis]!.value = String(value); });
+    target.forEach((value, axis) => { this.target[axis]!.value = String(value); });
+    this.up = up;
+    this.angle.value = String(yfov_deg);
   }
 
   private show(): void {
     this.more.hidden = !this.is_elsewhere();
     for (const input of [...this.eye, ...this.target, this.angle]) input.disabled = this.more.hidden;
   }
-}
-
-/** Without the digits that single precision adds. */
-function readable(value: number): string {
-  return String(Number(value.toPrecision(6)));
 }
 
 function triple_of(inputs: HTMLInputElement[]): Triple {

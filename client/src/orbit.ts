@@ -1,8 +1,9 @@
+import { readable } from './placement';
 import type { Placement, Triple } from './wire';
 
 const kUp: Triple = [0, 1, 0];
 const kSteepest = (89 / 180) * Math.PI; // short of straight up and down, where a camera has no horizon
-const kDigits = 6;
+const kNearest = 1e-4; // of what is looked at, against the size of its coordinates: the server's have seven digits
 
 /** The camera turned about what it looks at: by angles to the right and upwards, in radians, never over the top. */
 export function turned(from: Placement, right: number, upwards: number): Placement {
@@ -16,7 +17,7 @@ export function turned(from: Placement, right: number, upwards: number): Placeme
   const about = plus(scaled(out, Math.cos(right)), scaled(cross(axis, out), Math.sin(right)));
   const elevation = Math.max(-kSteepest, Math.min(kSteepest, Math.asin(Math.max(-1, Math.min(1, height))) + upwards));
   const turned_offset = plus(scaled(about, Math.cos(elevation) * distance), scaled(axis, Math.sin(elevation) * distance));
-  return { ...from, eye: rounded(plus(from.target, turned_offset)) };
+  return readable({ ...from, eye: plus(from.target, turned_offset) });
 }
 
 /** The camera and what it looks at moved sideways, in heights of the picture at that distance. */
@@ -28,12 +29,16 @@ export function moved(from: Placement, right: number, up: number): Placement {
   const upright = unit(cross(sideways, ahead));
   const height = 2 * distance * Math.tan((from.yfov_deg / 360) * Math.PI);
   const step = plus(scaled(sideways, right * height), scaled(upright, up * height));
-  return { ...from, eye: rounded(plus(from.eye, step)), target: rounded(plus(from.target, step)) };
+  return readable({ ...from, eye: plus(from.eye, step), target: plus(from.target, step) });
 }
 
 /** The camera at `factor` times its distance from what it looks at. */
 export function farther(from: Placement, factor: number): Placement {
-  return { ...from, eye: rounded(plus(from.target, scaled(minus(from.eye, from.target), factor))) };
+  const offset = minus(from.eye, from.target);
+  const distance = length(offset);
+  if (distance === 0) return from;
+  const least = kNearest * Math.max(...from.target.map(Math.abs)) / distance;
+  return readable({ ...from, eye: plus(from.target, scaled(offset, Math.max(factor, Math.min(1, least)))) });
 }
 
 function axis_of({ up = kUp }: Placement): Triple {
@@ -76,10 +81,4 @@ function length(a: Triple): number {
 
 function unit(a: Triple): Triple {
   return scaled(a, 1 / length(a));
-}
-
-/** To digits that people can read. */
-function rounded(a: Triple): Triple {
-  const [x, y, z] = a.map((value) => Number(value.toPrecision(kDigits)) + 0) as Triple;
-  return [x, y, z];
 }

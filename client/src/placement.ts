@@ -1,18 +1,38 @@
-import type { Camera, Placement, Triple } from './wire';
+import type { Camera, Placement, SceneReport, Triple } from './wire';
 
-/** The place of `camera`, looking at what is ahead of it at the distance of `centre`, the scene's. */
-export function placement_of({ eye, direction, yfov_deg }: Camera, centre: Triple | null): Placement {
-  const towards = centre ? dot(direction, eye.map((at, axis) => centre[axis]! - at)) : 0;
-  const distance = towards > 0 ? towards : 1;
-  const target = eye.map((at, axis) => at + distance * direction[axis]!);
-  return { eye: rounded(eye), target: rounded(target), yfov_deg: Number((yfov_deg ?? 40).toPrecision(4)) };
+const kDigits = 6;
+const kLeastHorizon = 0.02; // of what is up in the picture: with less the view is as good as vertical
+
+/** The place of `camera`, looking at what is ahead of it at the distance of the scene's centre, with its own horizon. */
+export function placement_of(camera: Camera, scene: Pick<SceneReport, 'centre' | 'size'> | null): Placement {
+  const { eye, direction, yfov_deg } = camera;
+  const diagonal = Math.hypot(...scene?.size ?? [0]);
+  const towards = scene?.centre ? dot(direction, minus(scene.centre, eye)) : 0;
+  const distance = towards > 1e-4 * diagonal ? towards : diagonal / 10 || 1; // where the centre is behind it, or in it
+  const target = eye.map((at, axis) => at + distance * direction[axis]!) as Triple;
+  const up = is_level(camera) ? {} : { up: camera.up };
+  return readable({ eye, target, ...up, yfov_deg: Number((yfov_deg ?? 40).toPrecision(4)) });
 }
 
-function dot(a: number[], b: number[]): number {
-  return a.reduce((sum, value, axis) => sum + value * b[axis]!, 0);
+/** Without digits that nobody sees: what counts is how far it is from what is looked at, not from the origin. */
+export function readable(place: Placement): Placement {
+  const { eye, target, yfov_deg } = place;
+  const distance = Math.hypot(...minus(eye, target));
+  const decimals = Math.max(0, Math.min(100, kDigits - 1 - Math.floor(Math.log10(distance))));
+  const rounded = (a: Triple) => a.map((value) => Number(value.toFixed(decimals)) + 0) as Triple;
+  return { ...place, eye: rounded(eye), target: rounded(target), yfov_deg: Number(yfov_deg.toPrecision(kDigits)) };
 }
 
-function rounded(triple: number[]): Triple {
-  const [x = 0, y = 0, z = 0] = triple.map((value) => Number(value.toPrecision(5)));
-  return [x, y, z];
+/** Whether +Y is up in the picture. */
+function is_level({ direction, up }: Camera): boolean {
+  const tilt = direction[2] * up[0] - direction[0] * up[2]; // the height of what is to the right
+  return up[1] > kLeastHorizon && Math.abs(tilt) < 1e-3;
+}
+
+function dot(a: Triple, b: Triple): number {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+function minus(a: Triple, b: Triple): Triple {
+  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 }

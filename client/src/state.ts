@@ -1,5 +1,5 @@
 import type { View } from './frames';
-import { placement_of } from './placement';
+import { placement_of, readable } from './placement';
 import {
   is_terminal, type Environment, type Info, type Job, type JobEvent, type JobPage, type Placement, type Scene, type SceneReport,
   type SeriesPoint,
@@ -112,10 +112,10 @@ export function watched_placement(state: State): Placement | null {
   const report = job && state.reports[job.scene];
   if (!job) return null;
   const { camera } = job.spec;
-  if (typeof camera === 'object') return camera;
+  if (typeof camera === 'object') return readable(camera);
   if (!report || typeof report === 'string') return null;
   const found = typeof camera === 'number' ? report.cameras[camera] : report.cameras.find(({ name }) => name === camera);
-  return found && found.yfov_deg !== null ? placement_of(found, report.centre) : null;
+  return found && found.yfov_deg !== null ? placement_of(found, report) : null;
 }
 
 /** A name for people: the scene's, else the start of its id. */

@@ -36,8 +36,9 @@ export type Triple = [number, number, number];
 export interface Camera {
   name: string;
   eye: Triple;
-  /** Of length one. */
+  /** Of length one, as `up` is, what is up in its picture. */
   direction: Triple;
+  up: Triple;
   /** Null for an orthographic one. */
   yfov_deg: number | null;
 }
@@ -311,7 +312,7 @@ const report = object({
   counts: object({ triangles: count, emissive_triangles: count }),
   bounds: maybe(object({ min: vector, max: vector })),
   environment: vector,
-  cameras: list(object<Camera>({ name: text, eye: vector, direction: vector, yfov_deg: maybe(number) })),
+  cameras: list(object<Camera>({ name: text, eye: vector, direction: vector, up: vector, yfov_deg: maybe(number) })),
   lights: list(object({})),
   materials: list(object({})),
   warnings: list(text),

@@ -40,6 +40,11 @@ describe('turned', () => {
     close(turned({ eye: [4, 0, 0], target: [0, 0, 0], up: [0, 0, 2], yfov_deg: 40 }, Math.PI / 2, 0).eye, [0, 4, 0]);
   });
 
+  it('goes by small steps, however far from the origin', () => {
+    const far: Placement = { eye: [1e5, 0, 1e5 + 1], target: [1e5, 0, 1e5], yfov_deg: 40 };
+    close(turned(far, 0.05, 0).eye, [1e5 + Math.sin(0.05), 0, 1e5 + Math.cos(0.05)]);
+  });
+
   it('does not move where there is no distance', () => {
     expect(turned({ ...ahead, eye: [0, 1, 0] }, 1, 1).eye).toEqual([0, 1, 0]);
   });
@@ -67,5 +72,12 @@ describe('farther', () => {
   it('is along the view', () => {
     close(farther(ahead, 0.5).eye, [0, 1, 2]);
     close(farther(ahead, 2).eye, [0, 1, 8]);
+  });
+
+  it('ends before the eye is what it looks at', () => {
+    let near: Placement = { eye: [3, 0, 4], target: [3, 0, 0], yfov_deg: 40 };
+    for (let i = 0; i < 500; ++i) near = farther(near, 0.9);
+    expect(distance(near)).toBeCloseTo(3e-4, 6);
+    expect(distance(farther(near, 2))).toBeCloseTo(6e-4, 6);
   });
 });

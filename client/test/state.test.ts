@@ -14,7 +14,7 @@ describe('where the watched picture is taken from', () => {
   const watching_from = (camera: JobSpec['camera']) => ({ ...known, jobs: [a_job({ spec: a_spec({ camera }) })] });
 
   it('is a camera of the scene, by index or name', () => {
-    expect(watched_placement(watching_from(0))).toMatchObject({ eye: [0, 0, 0], target: [0, 0, -1], yfov_deg: 40 });
+    expect(watched_placement(watching_from(0))).toMatchObject({ eye: [0, 0, 0], target: [0, 0, -0.377492], yfov_deg: 40 });
     expect(watched_placement(watching_from('main'))).toEqual(watched_placement(watching_from(0)));
     expect(watched_placement(watching_from('other'))).toBeNull();
     expect(watched_placement(watching_from(1))).toBeNull();
