@@ -16,7 +16,7 @@ import {
 import { Steering } from './steering';
 import { is_environment, kEnvironments, kScenes, upload } from './uploads';
 import { Viewer } from './viewer';
-import { is_terminal, parse_event, type Job, type JobEvent, type JobRequest } from './wire';
+import { is_terminal, parse_event, type Job, type JobEvent, type JobPage, type JobRequest } from './wire';
 
 let state: State = kInitialState;
 let rendering = false;
@@ -43,7 +43,10 @@ const steering = new Steering({
   forget: (id) => dispatch({ type: 'job_left', job: id }),
   fail: (failure) => dispatch({ type: 'notice', text: describe(failure) }),
 });
-follow_gestures(by_id('picture', HTMLCanvasElement), () => steering.next() ?? watched_placement(state), (to) => steering.look(to));
+const end_drag = follow_gestures(
+  by_id('picture', HTMLCanvasElement),
+  () => steering.next() ?? watched_placement(state),
+  (to) => steering.look(to));
 const frames = new FrameLoader(load_frame, (picture, key) => {
   const job = find_job(state, key.job);
   const name = job ? job_title(state, job) : 'the job';
@@ -96,7 +99,7 @@ async function load_all(): Promise<void> {
     await Promise.all([api.info(), api.scenes(), api.environments(), api.jobs()]);
   if (info.ok) dispatch({ type: 'info', info: info.value });
   else note_failure(info.failure);
-  if (jobs.ok) dispatch({ type: 'jobs', page: jobs.value });
+  if (jobs.ok) dispatch({ type: 'jobs', page: without_left(jobs.value) });
   else note_failure(jobs.failure);
   if (scenes.ok) dispatch({ type: 'scenes', scenes: scenes.value });
   else note_failure(scenes.failure);
@@ -107,8 +110,12 @@ async function load_all(): Promise<void> {
 
 async function load_older_jobs(): Promise<void> {
   const jobs = await api.jobs(state.older);
-  if (jobs.ok) dispatch({ type: 'older_jobs', page: jobs.value });
+  if (jobs.ok) dispatch({ type: 'older_jobs', page: without_left(jobs.value) });
   else note_failure(jobs.failure);
+}
+
+function without_left({ jobs, next_cursor }: JobPage): JobPage {
+  return { jobs: jobs.filter((job) => !steering.has_left(job)), next_cursor };
 }
 
 function choose_scene(scene: string): void {
@@ -154,7 +161,7 @@ async function submit(request: JobRequest): Promise<void> {
 function succeed(job: Job, stays: boolean): void {
   dispatch({ type: 'job', job });
   dispatch({ type: 'watch', job: job.id, steered: true });
-  frames.watch({ job: job.id, view: state.view });
+  show_newest(job.id);
   if (stays) history.pushState(null, '', `#job=${job.id}`);
   else history.replaceState(null, '', `#job=${job.id}`);
   if (typeof job.spec.camera === 'object') form.look_from(job.scene, job.spec.camera);
@@ -184,14 +191,20 @@ function watch_hash(): void {
 /** Shows this of the watched job from now on. */
 function show(view: View): void {
   dispatch({ type: 'view', view });
-  if (state.watched === null) return;
-  frames.watch({ job: state.watched, view });
-  const job = watched_job(state);
-  if (job) announce_frame(job.id, job);
+  if (state.watched !== null) show_newest(state.watched);
+}
+
+/** Shows the newest picture that is known of this job, and those that come. */
+function show_newest(id: string): void {
+  frames.watch({ job: id, view: state.view });
+  const job = find_job(state, id);
+  if (job) announce_frame(id, job);
 }
 
 /** Shows this job from now on. */
 function watch(id: string | null): void {
+  end_drag();
+  steering.stop();
   dispatch({ type: 'watch', job: id });
   frames.watch(id === null ? null : { job: id, view: state.view });
   if (id !== null) void load_watched(id);
@@ -206,6 +219,7 @@ async function load_watched(id: string): Promise<void> {
 async function load_job(id: string): Promise<void> {
   const answer = await api.job(id);
   if (answer.ok) {
+    if (steering.has_left(answer.value)) return;
     dispatch({ type: 'job', job: answer.value });
     announce_frame(id, answer.value);
     if (id === state.watched && typeof answer.value.spec.camera !== 'object') await load_report(answer.value.scene);
@@ -244,7 +258,7 @@ function take_event(event: JobEvent): void {
   const before = find_job(state, event.job);
   dispatch({ type: 'event', event });
   announce_frame(event.job, event);
-  if (is_terminal(event.state)) steering.arrived(event.job);
+  if (is_terminal(event.state) && event.revision === 0) steering.arrived(event.job);
   // Events carry numbers; what else changes with the state or the first picture is in the job.
   if (before?.state !== event.state || (before.revision === 0 && event.revision > 0)) void load_job(event.job);
 }

@@ -2,6 +2,9 @@ import type { Answer, Failure } from './api';
 import { is_terminal, type Job, type JobRequest, type Placement } from './wire';
 
 const kMostWaitMs = 3000; // for a first picture while another place is wanted already
+const kRefusedMs = 1000; // before another place is asked for than one that was refused
+const kRestMs = 1000; // at a picture: who goes on sooner was on the way
+const kKeptSeconds = 10; // of computing: what took as long is not thrown away
 
 /** What steering needs of the page and of the server. */
 export interface Steered {
@@ -20,10 +23,11 @@ export interface Steered {
 /**
  * Lets a picture be looked at from elsewhere: each place is a job like the one before, which finds its photon maps in the
  * cache. While one waits for its first picture only the newest place is remembered. Jobs that were left on the way are
- * ended and removed; those that were finished stay, and so does the one that it began with, which rests where it was
- * started here.
+ * ended and removed. Where somebody rested and the job was finished or took long, it stays, and so does the one that it
+ * began with; of these what was started here and is not finished is paused.
  */
 export class Steering {
+  private running = false;
   /** Where nothing leads yet. */
   private wanted: Placement | null = null;
   /** Where everything leads that is under way; null: nothing is. */
@@ -33,7 +37,10 @@ export class Steering {
   private readonly steps = new Set<string>();
   private readonly left = new Set<string>();
   private readonly removed = new Set<string>();
-  private waiting: { job: string; go_on: () => void } | null = null;
+  /** The job that was reached last, and when its picture was there. */
+  private last: string | null = null;
+  private since = 0;
+  private waiting: { job: string | null; go_on: () => void } | null = null;
 
   constructor(private readonly steered: Steered) {}
 
@@ -48,12 +55,17 @@ export class Steering {
   }
 
   look(from: Placement): void {
-    const busy = this.newest !== null;
     this.wanted = this.newest = from;
-    if (!busy) void this.run();
+    if (!this.running) void this.run();
   }
 
-  /** There is a picture of `job`, or it has ended. */
+  /** Something else is looked at: nothing goes on from where steering was. */
+  stop(): void {
+    this.wanted = this.newest = this.last = null;
+    this.waiting?.go_on();
+  }
+
+  /** There is a picture of `job`, or there will be none. */
   arrived(job: string): void {
     if (this.waiting?.job === job) this.waiting.go_on();
   }
@@ -69,46 +81,62 @@ export class Steering {
   }
 
   private async run(): Promise<void> {
+    this.running = true;
     while (this.wanted) {
       const from = this.wanted;
       this.wanted = null;
       await this.step(from);
     }
+    this.running = false;
     this.newest = null;
   }
 
   private async step(from: Placement): Promise<void> {
-    const before = this.steered.watched();
-    if (!before) return;
-    const answer = await this.steered.submit(request_like(before, from));
-    if (!answer.ok) return this.steered.fail(answer.failure);
+    const asked = this.steered.watched();
+    if (!asked) return;
+    const answer = await this.steered.submit(request_like(asked, from));
+    if (!answer.ok) return this.refused(answer.failure);
     const job = answer.value;
-    const unfinished = this.own.has(before.id) && this.is_unfinished(before.id);
-    const leaves = unfinished && this.steps.has(before.id);
+    const before = this.steered.watched();
+    if (before?.id !== asked.id) return this.leave(job); // something else is looked at since
+    const leaves = this.leads_past(before);
+    const rests = this.own.has(before.id) && !leaves && !is_terminal(before.state);
     this.own.add(job.id);
     this.steps.add(job.id);
-    const shown = this.first_picture(job.id);
+    this.last = job.id;
+    const shown = this.wait(kMostWaitMs, job.id);
     this.steered.succeed(job, !leaves);
-    if (leaves) void this.leave(before.id);
-    else if (unfinished) void this.steered.pause(before.id);
+    if (leaves) void this.leave(before);
+    if (rests) void this.steered.pause(before.id);
     await shown;
+    this.since = Date.now();
   }
 
-  private is_unfinished(id: string): boolean {
-    const now = this.steered.watched();
-    return now?.id === id && !is_terminal(now.state);
+  private refused(failure: Failure): Promise<void> {
+    this.newest = this.wanted;
+    this.steered.fail(failure);
+    return this.wait(kRefusedMs);
   }
 
-  private async leave(id: string): Promise<void> {
-    this.left.add(id);
-    this.steered.forget(id);
-    const answer = await this.steered.cancel(id);
+  /** Whether `job` is a place on the way that nobody misses. */
+  private leads_past({ id, state, seconds }: Job): boolean {
+    if (this.last === id && Date.now() < this.since + kRestMs) return true;
+    return this.steps.has(id) && !is_terminal(state) && seconds < kKeptSeconds;
+  }
+
+  private async leave(job: Job): Promise<void> {
+    this.left.add(job.id);
+    this.steered.forget(job.id);
+    this.has_left(job);
+    if (is_terminal(job.state)) return;
+    const answer = await this.steered.cancel(job.id);
     if (answer.ok) this.has_left(answer.value);
   }
 
-  private first_picture(job: string): Promise<void> {
+  /** For `most_ms`, or until `job` has arrived. */
+  private wait(most_ms: number, job: string | null = null): Promise<void> {
     return new Promise((resolve) => {
-      const late = setTimeout(resolve, kMostWaitMs);
+      const late = setTimeout(resolve, most_ms);
       this.waiting = { job, go_on: () => { clearTimeout(late); resolve(); } };
     });
   }

@@ -1,4 +1,4 @@
-import { describe, expect, it } from 'vitest';
+import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import type { Answer, Failure } from '../src/api';
 import { Steering } from '../src/steering';
 import type { Job, JobRequest, Placement } from '../src/wire';
@@ -38,6 +38,9 @@ class Desk {
 }
 
 describe('steering', () => {
+  beforeEach(() => { vi.useFakeTimers(); });
+  afterEach(() => { vi.useRealTimers(); });
+
   it('starts a job like the one that is watched', async () => {
     const desk = new Desk();
     desk.watched = a_job({ label: 'mine', spec: a_spec({ seed: 7, stop: { passes: null, seconds: 9, relative_error: null } }) });
@@ -103,10 +106,55 @@ describe('steering', () => {
     await turns();
     desk.steering.arrived('s1');
     await turns();
+    vi.advanceTimersByTime(1000);
     desk.watched = { ...desk.watched!, state: 'succeeded' };
     desk.steering.look(place(2));
     await turns();
     expect(desk.log).toEqual(['s1, back leads to the one before', 's2, back leads to the one before']);
+  });
+
+  it('removes what was finished before somebody rested there', async () => {
+    const desk = new Desk();
+    desk.steering.look(place(1));
+    await turns();
+    desk.steering.arrived('s1');
+    await turns();
+    vi.advanceTimersByTime(900);
+    desk.watched = { ...desk.watched!, state: 'succeeded' };
+    desk.steering.look(place(2));
+    await turns();
+    expect(desk.log).toEqual(['s1, back leads to the one before', 's2', 'forget s1', 'remove s1']);
+  });
+
+  it('lets rest what took long', async () => {
+    const desk = new Desk();
+    desk.steering.look(place(1));
+    await turns();
+    desk.steering.arrived('s1');
+    await turns();
+    vi.advanceTimersByTime(60_000);
+    desk.watched = { ...desk.watched!, seconds: 60 };
+    desk.steering.look(place(2));
+    await turns();
+    expect(desk.log).toEqual(['s1, back leads to the one before', 's2, back leads to the one before', 'pause s1']);
+  });
+
+  it('leads nobody away from what he looks at since', async () => {
+    const desk = new Desk();
+    desk.steering.look(place(1));
+    await turns();
+    desk.steering.look(place(2));
+    desk.watched = a_job({ id: 'another' });
+    desk.steering.stop();
+    await turns();
+    expect(desk.steering.next()).toBeNull();
+    expect(desk.requests).toHaveLength(1);
+    desk.steering.look(place(3));
+    desk.watched = a_job({ id: 'first' });
+    desk.steering.stop();
+    await turns();   // the job was started meanwhile
+    expect(desk.log).toEqual(['s1, back leads to the one before', 'forget s2', 'cancel s2']);
+    expect(desk.watched.id).toBe('first');
   });
 
   it('says why a place cannot be had, and goes on from the next', async () => {
@@ -115,10 +163,14 @@ describe('steering', () => {
     desk.steering.look(place(1));
     await turns();
     expect(desk.failures).toEqual([{ kind: 'away' }]);
+    expect(desk.steering.next()).toBeNull();
     desk.answer = null;
-    desk.steering.look(place(2));
+    for (const x of [3, 2]) desk.steering.look(place(x));
     await turns();
-    expect(desk.requests).toHaveLength(2);
+    expect(desk.requests).toHaveLength(1);   // a drag goes on, but does not ask again and again
+    vi.advanceTimersByTime(1000);
+    await turns();
+    expect(desk.requests.slice(1)).toMatchObject([{ camera: place(2) }]);
     expect(desk.log).toEqual(['s2, back leads to the one before']);
   });
 });
