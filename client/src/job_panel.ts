@@ -62,7 +62,7 @@ export class JobPanel {
   render(state: State): void {
     const job = watched_job(state);
     this.root.hidden = job === null;
-    set_text(this.announce, job ? `${job_title(state, job)}: ${kStateNames[job.state]}` : '');
+    if (!is_on_the_way(state, job)) set_text(this.announce, job ? `${job_title(state, job)}: ${kStateNames[job.state]}` : '');
     if (!job) return;
     this.root.dataset['job'] = job.id;
     set_text(this.title, job_title(state, job));
@@ -103,6 +103,11 @@ export class JobPanel {
     this.charted = key;
     draw_chart(by_id('chart', SVGSVGElement), state.series, job.spec.stop.relative_error);
   }
+}
+
+/** Whether steering leads past `job`, perhaps: several a second are not to be spoken of. */
+function is_on_the_way({ steered }: State, job: Job | null): boolean {
+  return steered && job !== null && job.revision === 0 && !is_terminal(job.state);
 }
 
 function render_progress(bar: HTMLProgressElement, job: Job): void {

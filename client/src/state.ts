@@ -226,5 +226,6 @@ function thinned(points: SeriesPoint[]): SeriesPoint[] {
 
 function with_watch(state: State, job: string | null, steered: boolean): State {
   if (job === state.watched) return state;
-  return { ...state, watched: job, steered, watched_missing: false, series: [], notice: null };
+  const view = steered ? 'picture' : state.view; // errors come later, and say nothing of the way
+  return { ...state, watched: job, view, steered, watched_missing: false, series: [], notice: null };
 }

@@ -35,13 +35,15 @@ export class Viewer {
     this.steering.hidden = this.drawn === null || !this.steerable;
     this.canvas.toggleAttribute('data-steerable', this.steerable);
     this.canvas.tabIndex = this.steerable ? 0 : -1;
+    if (this.steerable) this.canvas.setAttribute('aria-describedby', 'steering');
+    else this.canvas.removeAttribute('aria-describedby');
     for (const choice of this.choices) choice.button.setAttribute('aria-pressed', String(choice.view === state.view));
   }
 
   /** Whether what is drawn may stay: it is what is looked at, or what that takes the place of. */
   private shows({ view, steered }: State, job: Job | null): boolean {
     if (same(this.drawn, job && { job: job.id, view })) return true;
-    if (!job || !steered || this.drawn?.view !== view) return false;
+    if (!job || !steered || !this.drawn || this.drawn.job === job.id) return false;
     return job.revision > 0 || !is_terminal(job.state);
   }
 

@@ -34,6 +34,14 @@ describe('where the watched picture is taken from', () => {
   });
 });
 
+describe('steering', () => {
+  it('shows pictures: errors come later, and say nothing of the way', () => {
+    const looking = after(watching, { type: 'view', view: 'error' });
+    expect(after(looking, { type: 'watch', job: 'j-2', steered: true }).view).toBe('picture');
+    expect(after(looking, { type: 'watch', job: 'j-2' }).view).toBe('error');
+  });
+});
+
 describe('jobs', () => {
   it('takes the numbers of a newer event', () => {
     const job = watched_job(after(watching, { type: 'event', event: an_event() }));

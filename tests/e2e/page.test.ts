@@ -272,6 +272,17 @@ describe('steering', () => {
     await page.mouse.up();
   }
 
+  /** Of the jobs on the way nothing is left but the one that is watched. */
+  async function nothing_between(first: string, last: string): Promise<void> {
+    const others = async () => {
+      const ids = (await jobs()).map(({ id }) => id);   // the newest first
+      return ids.slice(0, ids.indexOf(first)).filter((id) => id !== last);
+    };
+    await expect.poll(others, { timeout: 5_000 }).toEqual([]);
+    const rows = page.locator('#jobs a').evaluateAll((links) => links.map((link) => link.getAttribute('href')));
+    expect((await rows).slice(0, 2)).toEqual([`#job=${last}`, `#job=${first}`]);
+  }
+
   const watched = () => new URL(page.url()).hash.slice('#job='.length);
   const distance = ({ eye, target }: { eye: number[]; target: number[] }) =>
     Math.hypot(...eye.map((value, axis) => value - target[axis]!));
@@ -298,15 +309,7 @@ describe('steering', () => {
     expect(y / distance(camera)).toBeCloseTo(Math.sin(0.05 * Math.PI), 2);
     await page.screenshot({ path: join(kPictures, 'steered.png'), fullPage: true });
 
-    // Of the jobs on the way nothing is left but the one that is watched.
-    const others = async () => {
-      const ids = (await jobs()).map(({ id }) => id);   // the newest first
-      return ids.slice(0, ids.indexOf(first)).filter((id) => id !== job);
-    };
-    const deadline = Date.now() + 5_000;
-    while ((await others()).length > 0 && Date.now() < deadline) await page.waitForTimeout(50);
-    expect(await others()).toEqual([]);
-
+    await nothing_between(first, job);
     await page.goBack();
     expect(watched()).toBe(first);
     await shown_where(page, (picture) => picture.job === first);
@@ -343,6 +346,64 @@ describe('steering', () => {
     const farther = await after(() => page.mouse.wheel(0, 100));
     expect(distance(farther)).toBeCloseTo(distance(moved) * 1.1, 3);
     expect(await scrolled()).toBe(top);
+  });
+
+  it('takes a click for none, and leads from the error to pictures', async () => {
+    const first = await start_job(page, { width: 48, height: 32, passes: 16 });
+    await wait_for_state(page, 'succeeded');
+    await page.click('#show-error');
+    await shown_where(page, ({ job, view }) => job === first && view === 'error');
+    const box = (await page.locator('#picture').boundingBox())!;
+    await page.mouse.move(box.x + 20, box.y + 20);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 21, box.y + 20);
+    await page.mouse.up();
+    await page.waitForTimeout(300);
+    expect(watched()).toBe(first);
+    await page.keyboard.press('ArrowRight');
+    await shown_where(page, ({ job, view }) => job === watched() && job !== first && view === 'picture', 2000);
+    expect(await page.getAttribute('#show-picture', 'aria-pressed')).toBe('true');
+  });
+
+  it('draws each place on the way, also where its job ends at once', async () => {
+    expected_errors = [/status of 409/]; // of what has ended before it was canceled
+    const first = await start_job(page, { width: 48, height: 32, passes: 1 });
+    await shown_where(page, ({ job }) => job === first);
+    await page.evaluate(() => {
+      const canvas = document.querySelector('canvas')!;
+      const drawn = new Set<string>();
+      new MutationObserver(() => {
+        drawn.add(canvas.dataset['job']!);
+        document.body.dataset['drawn'] = String(drawn.size);
+      }).observe(canvas, { attributeFilter: ['data-job'] });
+    });
+    await drag(0.25, 0, 16);
+    await shown_where(page, ({ job }) => job === watched() && job !== first);
+    expect(Number(await page.getAttribute('body', 'data-drawn'))).toBeGreaterThan(4);
+    await page.waitForTimeout(500);
+    await nothing_between(first, watched());
+    await page.goBack();
+    expect(watched()).toBe(first);
+  });
+
+  it('leads nobody back who looks at something else during a drag', async () => {
+    const first = await start_job(page, { width: 96, height: 64, seconds: 20 });
+    await shown_where(page, ({ job }) => job === first);
+    await page.hover('#picture');
+    await page.mouse.down();
+    const box = (await page.locator('#picture').boundingBox())!;
+    for (let i = 1; i <= 10; ++i) await page.mouse.move(box.x + box.width / 2 + 10 * i, box.y + box.height / 2);
+    await shown_where(page, ({ job }) => job === watched() && job !== first);
+    await page.waitForTimeout(300);
+    await page.goBack();
+    await shown_where(page, ({ job }) => job === first);
+    for (let i = 1; i <= 10; ++i) await page.mouse.move(box.x + 10 * i, box.y + box.height / 2);
+    await page.mouse.up();
+    await page.waitForTimeout(1000);
+    expect(watched()).toBe(first);
+    for (const { id, state } of await jobs()) {
+      if (!['succeeded', 'canceled', 'failed'].includes(state)) await fetch(`${photond.url}v1/jobs/${id}/cancel`, { method: 'POST' });
+    }
   });
 });
 
