@@ -3,7 +3,7 @@ import type { Placement, Triple } from './wire';
 
 const kUp: Triple = [0, 1, 0];
 const kSteepest = (89 / 180) * Math.PI; // short of straight up and down, where a camera has no horizon
-const kNearest = 1e-4; // of what is looked at, against the size of its coordinates: the server's have seven digits
+const kNearest = 1e-6; // of what is looked at, against the size of its coordinates: the server's have seven digits
 
 /** The camera turned about what it looks at: by angles to the right and upwards, in radians, never over the top. */
 export function turned(from: Placement, right: number, upwards: number): Placement {
@@ -16,8 +16,8 @@ export function turned(from: Placement, right: number, upwards: number): Placeme
   const out = unit(length(flat) > 1e-6 * distance ? flat : any_across(axis));
   const about = plus(scaled(out, Math.cos(right)), scaled(cross(axis, out), Math.sin(right)));
   const elevation = Math.max(-kSteepest, Math.min(kSteepest, Math.asin(Math.max(-1, Math.min(1, height))) + upwards));
-  const turned_offset = plus(scaled(about, Math.cos(elevation) * distance), scaled(axis, Math.sin(elevation) * distance));
-  return readable({ ...from, eye: plus(from.target, turned_offset) });
+  const to_eye = plus(scaled(about, Math.cos(elevation)), scaled(axis, Math.sin(elevation)));
+  return readable({ ...from, eye: plus(from.target, scaled(to_eye, distance)) });
 }
 
 /** The camera and what it looks at moved sideways, in heights of the picture at that distance. */

@@ -3,14 +3,14 @@ import type { Camera, Placement, SceneReport, Triple } from './wire';
 const kDigits = 6;
 const kLeastHorizon = 0.02; // of what is up in the picture: with less the view is as good as vertical
 
-/** The place of `camera`, looking at what is ahead of it at the distance of the scene's centre, with its own horizon. */
+/** The place of `camera`, looking at what is ahead of it at the distance of the scene's centre. */
 export function placement_of(camera: Camera, scene: Pick<SceneReport, 'centre' | 'size'> | null): Placement {
   const { eye, direction, yfov_deg } = camera;
   const diagonal = Math.hypot(...scene?.size ?? [0]);
   const towards = scene?.centre ? dot(direction, minus(scene.centre, eye)) : 0;
   const distance = towards > 1e-4 * diagonal ? towards : diagonal / 10 || 1; // where the centre is behind it, or in it
   const target = eye.map((at, axis) => at + distance * direction[axis]!) as Triple;
-  const up = is_level(camera) ? {} : { up: camera.up };
+  const up = is_level(camera) ? {} : { up: rounded(camera.up, kDigits) };
   return readable({ eye, target, ...up, yfov_deg: Number((yfov_deg ?? 40).toPrecision(4)) });
 }
 
@@ -19,8 +19,12 @@ export function readable(place: Placement): Placement {
   const { eye, target, yfov_deg } = place;
   const distance = Math.hypot(...minus(eye, target));
   const decimals = Math.max(0, Math.min(100, kDigits - 1 - Math.floor(Math.log10(distance))));
-  const rounded = (a: Triple) => a.map((value) => Number(value.toFixed(decimals)) + 0) as Triple;
-  return { ...place, eye: rounded(eye), target: rounded(target), yfov_deg: Number(yfov_deg.toPrecision(kDigits)) };
+  const angle = Number(yfov_deg.toPrecision(kDigits));
+  return { ...place, eye: rounded(eye, decimals), target: rounded(target, decimals), yfov_deg: angle };
+}
+
+function rounded(a: Triple, decimals: number): Triple {
+  return a.map((value) => Number(value.toFixed(decimals)) + 0) as Triple;
 }
 
 /** Whether +Y is up in the picture. */

@@ -77,7 +77,9 @@ describe('farther', () => {
   it('ends before the eye is what it looks at', () => {
     let near: Placement = { eye: [3, 0, 4], target: [3, 0, 0], yfov_deg: 40 };
     for (let i = 0; i < 500; ++i) near = farther(near, 0.9);
-    expect(distance(near)).toBeCloseTo(3e-4, 6);
-    expect(distance(farther(near, 2))).toBeCloseTo(6e-4, 6);
+    expect(distance(near)).toBeCloseTo(3e-6, 9);
+    expect(distance(farther(near, 2))).toBeCloseTo(6e-6, 9);
+    const far: Placement = { eye: [1e5, 0, 1e5 + 4], target: [1e5, 0, 1e5], yfov_deg: 40 };
+    close(farther(far, 0.5).eye, [1e5, 0, 1e5 + 2]);
   });
 });

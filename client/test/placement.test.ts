@@ -21,7 +21,7 @@ describe('placement_of', () => {
   });
 
   it('keeps what is up in the picture where that is not the vertical', () => {
-    const down: Camera = { ...camera, direction: [0, -1, 0], up: [0, 0, -1] };
+    const down: Camera = { ...camera, direction: [0, -1, 2e-16], up: [0, -2e-16, -1] };
     expect(placement_of(down, null).up).toEqual([0, 0, -1]);
     const rolled: Camera = { ...camera, up: [0.6, 0.8, 0] };
     expect(placement_of(rolled, null).up).toEqual([0.6, 0.8, 0]);
