@@ -1,7 +1,7 @@
 import type { Answer, Failure } from './api';
 import { is_terminal, type Job, type JobRequest, type Placement } from './wire';
 
-const kMostWaitMs = 3000; // for a first picture while another place is wanted already
+const kMostWaitMs = 10_000; // for a first picture while another place is wanted already
 const kRefusedMs = 1000; // before another place is asked for than one that was refused
 const kRestMs = 1000; // at a picture: who goes on sooner was on the way
 const kKeptSeconds = 10; // of computing: what took as long is not thrown away
@@ -21,7 +21,7 @@ export interface Steered {
 }
 
 /**
- * Lets a picture be looked at from elsewhere: each place is a job like the one before, which finds its photon maps in the
+ * Lets a picture be looked at from elsewhere: each place is a job like the one before, and finds its photon maps in the
  * cache. While one waits for its first picture only the newest place is remembered. Jobs that were left on the way are
  * ended and removed. Where somebody rested and the job was finished or took long, it stays, and so does the one that it
  * began with; of these what was started here and is not finished is paused.
