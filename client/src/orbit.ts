@@ -1,4 +1,5 @@
 import { readable } from './placement';
+import { cross, dot, length, minus, plus, scaled, unit } from './triple';
 import type { Placement, Triple } from './wire';
 
 const kUp: Triple = [0, 1, 0];
@@ -53,32 +54,4 @@ function unit_across(ahead: Triple, axis: Triple): Triple {
 
 function any_across(axis: Triple): Triple {
   return cross(axis, Math.abs(axis[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]);
-}
-
-function dot(a: Triple, b: Triple): number {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-function cross(a: Triple, b: Triple): Triple {
-  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-}
-
-function plus(a: Triple, b: Triple): Triple {
-  return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-}
-
-function minus(a: Triple, b: Triple): Triple {
-  return plus(a, scaled(b, -1));
-}
-
-function scaled(a: Triple, factor: number): Triple {
-  return [a[0] * factor, a[1] * factor, a[2] * factor];
-}
-
-function length(a: Triple): number {
-  return Math.hypot(...a);
-}
-
-function unit(a: Triple): Triple {
-  return scaled(a, 1 / length(a));
 }

@@ -1,3 +1,4 @@
+import { dot, length, minus } from './triple';
 import type { Camera, Placement, SceneReport, Triple } from './wire';
 
 const kDigits = 6;
@@ -6,7 +7,7 @@ const kLeastHorizon = 0.02; // of what is up in the picture: with less the view 
 /** The place of `camera`, looking at what is ahead of it at the distance of the scene's centre. */
 export function placement_of(camera: Camera, scene: Pick<SceneReport, 'centre' | 'size'> | null): Placement {
   const { eye, direction, yfov_deg } = camera;
-  const diagonal = Math.hypot(...scene?.size ?? [0]);
+  const diagonal = scene?.size ? length(scene.size) : 0;
   const towards = scene?.centre ? dot(direction, minus(scene.centre, eye)) : 0;
   const distance = towards > 1e-4 * diagonal ? towards : diagonal / 10 || 1; // where the centre is behind it, or in it
   const target = eye.map((at, axis) => at + distance * direction[axis]!) as Triple;
@@ -17,7 +18,7 @@ export function placement_of(camera: Camera, scene: Pick<SceneReport, 'centre' |
 /** Without digits that nobody sees: what counts is how far it is from what is looked at, not from the origin. */
 export function readable(place: Placement): Placement {
   const { eye, target, yfov_deg } = place;
-  const distance = Math.hypot(...minus(eye, target));
+  const distance = length(minus(eye, target));
   const decimals = Math.max(0, Math.min(100, kDigits - 1 - Math.floor(Math.log10(distance))));
   const angle = Number(yfov_deg.toPrecision(kDigits));
   return { ...place, eye: rounded(eye, decimals), target: rounded(target, decimals), yfov_deg: angle };
@@ -31,12 +32,4 @@ function rounded(a: Triple, decimals: number): Triple {
 function is_level({ direction, up }: Camera): boolean {
   const tilt = direction[2] * up[0] - direction[0] * up[2]; // the height of what is to the right
   return up[1] > kLeastHorizon && Math.abs(tilt) < 1e-3;
-}
-
-function dot(a: Triple, b: Triple): number {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-function minus(a: Triple, b: Triple): Triple {
-  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 }
