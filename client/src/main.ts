@@ -40,7 +40,7 @@ const steering = new Steering({
   pause: (id) => api.act(id, 'pause'),
   remove: (id) => api.remove(id),
   succeed: (job, stays) => succeed(job, stays),
-  forget: (id) => dispatch({ type: 'job_left', job: id }),
+  forget: (id) => dispatch({ type: 'job_gone', job: id }),
   fail: (failure) => dispatch({ type: 'notice', text: describe(failure) }),
 });
 const end_drag = follow_gestures(
@@ -224,7 +224,7 @@ async function load_job(id: string): Promise<void> {
     announce_frame(id, answer.value);
     if (id === state.watched && typeof answer.value.spec.camera !== 'object') await load_report(answer.value.scene);
   } else if (answer.failure.kind === 'problem' && answer.failure.status === 404) {
-    dispatch({ type: 'job_missing', job: id });
+    dispatch({ type: 'job_gone', job: id });
   } else {
     note_failure(answer.failure);
   }

@@ -59,8 +59,7 @@ export type Action =
   | { type: 'event'; event: JobEvent }
   | { type: 'watch'; job: string | null; steered?: boolean }
   | { type: 'view'; view: View }
-  | { type: 'job_missing'; job: string }
-  | { type: 'job_left'; job: string }
+  | { type: 'job_gone'; job: string }
   | { type: 'notice'; text: string | null };
 
 /** The state after `action`. What is older than what is known never replaces it. */
@@ -82,8 +81,7 @@ export function reduce(state: State, action: Action): State {
     case 'event': return with_event(state, action.event);
     case 'watch': return with_watch(state, action.job, action.steered ?? false);
     case 'view': return { ...state, view: action.view };
-    case 'job_missing': return without_job(state, action.job);
-    case 'job_left': return without_job(state, action.job);
+    case 'job_gone': return without_job(state, action.job);
     case 'notice': return { ...state, notice: action.text };
   }
 }

@@ -86,10 +86,10 @@ describe('jobs', () => {
   });
 
   it('forgets a job that the server does not know', () => {
-    const state = after(watching, { type: 'job_missing', job: 'j-1' });
+    const state = after(watching, { type: 'job_gone', job: 'j-1' });
     expect(state).toMatchObject({ jobs: [], watched_missing: true });
     expect(after(state, { type: 'watch', job: 'j-2' }).watched_missing).toBe(false);
-    expect(after(watching, { type: 'job_missing', job: 'j-7' }).watched_missing).toBe(false);
+    expect(after(watching, { type: 'job_gone', job: 'j-7' }).watched_missing).toBe(false);
   });
 });
 
