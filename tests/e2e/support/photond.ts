@@ -39,6 +39,19 @@ export async function start_photond(port = 0, options: string[] = []): Promise<P
   return { url, port: Number(new URL(url).port), stop };
 }
 
+/** What a service tells of a job. */
+export interface JobFacts {
+  id: string;
+  label: string;
+  state: string;
+}
+
+/** Its jobs, the newest first. */
+export async function jobs_of({ url }: Photond): Promise<JobFacts[]> {
+  const answer = await fetch(`${url}v1/jobs?limit=200`);
+  return (await answer.json() as { jobs: JobFacts[] }).jobs;
+}
+
 function announced_url(child: ChildProcess): Promise<string> {
   return new Promise((resolve, reject) => {
     let said = '';
