@@ -231,14 +231,14 @@ class Lights {
                       std::uint32_t drawn) const;
   float line_pdf(const Vec3& point, const Vec3& direction, const Aim& aim, std::uint32_t drawn) const;
 
-  std::vector<Light> lights_;                     // triangles first
-  std::vector<EmitterTriangle> emitters_;         // one for each of the triangles among lights_
   // How far from a point or spot its light begins: a surface that it lies in, but for rounding, must not hide it. None
   // far outside, where a place itself is rounded by more.
   float clearance(const Vec3& position) const {
     return glm::distance(position, ball_.center) <= ball_.radius ? 0x1p-18f * ball_.radius : 0;
   }
 
+  std::vector<Light> lights_;                     // triangles first
+  std::vector<EmitterTriangle> emitters_;         // one for each of the triangles among lights_
   std::vector<double> powers_;                    // of each light, towards the scene
   std::vector<float> sent_;                       // share of its power that its paths carry
   AliasTable choice_;                             // for light that is sampled from where it arrives
