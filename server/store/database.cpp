@@ -35,8 +35,8 @@ Query::Query(Transaction& transaction, std::string_view sql) : transaction_(&tra
     const int code = sqlite3_prepare_v3(database.connection_, sql.data(), static_cast<int>(sql.size()),
                                         SQLITE_PREPARE_PERSISTENT, &found->second, nullptr);
     if (code != SQLITE_OK) {
+      database.idle_.erase(found);   // first: to tell why takes memory
       fail(code);
-      database.idle_.erase(found);
       return;
     }
   }
