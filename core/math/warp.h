@@ -100,5 +100,10 @@ inline Vec2 square_to_triangle(const Vec2& u) {
   const float root = std::sqrt(u.x);
   return {root * (1 - u.y), root * u.y};
 }
+/// Its inverse, within [0, 1]².
+inline Vec2 triangle_to_square(const Vec2& weights) {
+  const float root = std::clamp(weights.x + weights.y, 0.0f, 1.0f);
+  return {root * root, root > 0 ? std::clamp(weights.y / root, 0.0f, 1.0f) : 0};
+}
 
 }  // namespace photond

@@ -97,8 +97,8 @@ void Bounces::add_emission(const Walk& walk, const SurfacePoint& surface, float 
   const Rgb emitted = emitted_radiance(scene_.scene, surface);
   if (is_black(emitted)) return;
   const Vec3& direction = path.ray.direction;
-  const float pdf_direct = path.last_pdf > 0 ? scene_.lights.pdf_direct(surface, direction, distance) : 0;
-  const float etendue = path.chained ? scene_.lights.etendue(surface, -direction) : kInfinity;
+  const float pdf_direct = path.last_pdf > 0 ? scene_.lights.pdf_direct(scene_.scene, surface, direction, distance) : 0;
+  const float etendue = path.chained ? scene_.lights.etendue(scene_.scene, surface, -direction) : kInfinity;
   add(walk, emitted * (hit_weight(path, pdf_direct) * path.share(etendue)));
 }
 

@@ -33,12 +33,12 @@ double share_meeting(const Scene& scene, const Accel& accel, const Lights& light
 }
 
 // Directions are divided first: near lights are seldom so large that they look different from their parts.
-EmissionDomain::Cells cells_of(std::size_t emitters, bool double_sided) {
+EmissionDomain::Cells cells_of(std::size_t emitters, bool double_sided, bool evenly) {
   constexpr std::uint32_t kDirectionBits = 5;
   const auto counted = static_cast<std::uint32_t>(std::bit_width(emitters - 1));
   const std::uint32_t bits = std::min(kCellBits, kAllCellBits - counted) - (double_sided ? 1 : 0);
   const std::uint32_t directions = std::min(kDirectionBits, bits / 2);
-  return {double_sided ? 2u : 1u, bits / 2 - directions, directions};
+  return {double_sided ? 2u : 1u, evenly ? bits / 2 - directions : 0, directions};
 }
 
 EmitterPiece piece_of(const EmitterTriangle& emitter, const EmissionDomain::Cells& cells, std::uint32_t side,
@@ -59,9 +59,9 @@ EmitterPiece piece_of(const EmitterTriangle& emitter, const EmissionDomain::Cell
 
 }  // namespace
 
-EmissionDomain find_domain(const EmitterTriangle& emitter, bool double_sided, std::size_t count,
+EmissionDomain find_domain(const EmitterTriangle& emitter, bool double_sided, bool evenly, std::size_t count,
                            std::span<const SurfaceBox> boxes) {
-  const EmissionDomain::Cells cells = cells_of(count, double_sided);
+  const EmissionDomain::Cells cells = cells_of(count, double_sided, evenly);
   std::vector<std::uint16_t> members;
   std::uint32_t cell = 0;
   for (std::uint32_t side = 0; side < cells.sides; ++side) {
@@ -92,7 +92,8 @@ DomainFinding find_domains(const Scene& scene, const Bounds3& bounds, const Acce
   std::vector<EmissionDomain> domains(emitters.size());
   parallel_for(execution, emitters.size(), 1, [&](std::size_t i) {
     const bool double_sided = scene.materials[emitters[i].material].double_sided;
-    domains[i] = find_domain(emitters[i], double_sided, emitters.size(), boxes);
+    const bool evenly = lights.shines_evenly(static_cast<std::uint32_t>(i));
+    domains[i] = find_domain(emitters[i], double_sided, evenly, emitters.size(), boxes);
   });
   double chance = 0, share = 0;
   for (std::uint32_t i = 0; i < emitters.size(); ++i) {

@@ -22,8 +22,8 @@ DomainFinding find_domains(const Scene& scene, const Bounds3& bounds, const Acce
                            const Execution& execution);
 
 /// Whereto one of `count` such triangles may shine on what the boxes hold: nothing is missing, and the more triangles,
-/// the more is in it in vain.
-EmissionDomain find_domain(const EmitterTriangle& emitter, bool double_sided, std::size_t count,
+/// the more is in it in vain. Divided by place where the triangle shines evenly.
+EmissionDomain find_domain(const EmitterTriangle& emitter, bool double_sided, bool evenly, std::size_t count,
                            std::span<const SurfaceBox> boxes);
 
 }  // namespace photond

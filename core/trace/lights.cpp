@@ -76,6 +76,7 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
     if (!scene.materials[mesh.material].emissive()) continue;
     add_triangles(scene, i);
   }
+  measure_uneven(scene);
   for (std::uint32_t i = 0; i < scene.lights.size(); ++i) {
     const PunctualLight& light = scene.lights[i];
     const float sent = light.type == LightType::point  ? share_towards_bounds(light.position)
@@ -140,38 +141,39 @@ void Lights::add_triangles(const Scene& scene, std::uint32_t instance) {
   for (std::uint32_t t = 0; t < count; ++t) {
     emitters_.push_back(emitter_triangle(scene, instance, t));
     add({Light::Kind::triangle, instance, t}, 0);
-    powers_.back() = triangle_power(scene, static_cast<std::uint32_t>(lights_.size() - 1));
-    total_power_ += powers_.back();
+    const auto light = static_cast<std::uint32_t>(lights_.size() - 1);
+    const Material& material = scene.materials[emitters_[light].material];
+    if (!material.shines_evenly()) continue;   // measured later
+    powers_[light] = mean(material.emission) * power_per_radiance(scene, light);
+    total_power_ += powers_[light];
   }
+}
+
+Vec2 Lights::on_mesh(const Scene& scene, std::uint32_t light, const Vec2& uv) const {
+  const Instance& placed = scene.instances[lights_[light].instance];
+  return placed.moved && is_mirrored(placed.to_world) ? Vec2(uv.y, uv.x) : uv;
 }
 
 [[gnu::noinline, gnu::cold]] Rgb Lights::emission_share(const Scene& scene, std::uint32_t index, const Vec2& uv) const {
   const Light& light = lights_[index];
-  const Instance& placed = scene.instances[light.instance];
-  const bool mirrored = placed.moved && is_mirrored(placed.to_world);
+  const Vec2 at = on_mesh(scene, index, uv);
   SurfacePoint s{};
-  s.mesh = &scene.meshes[placed.mesh];
+  s.mesh = &scene.meshes[scene.instances[light.instance].mesh];
   s.vertices = s.mesh->triangles[light.index];
-  s.u = mirrored ? uv.y : uv.x;
-  s.v = mirrored ? uv.x : uv.y;
+  s.u = at.x;
+  s.v = at.y;
   const TextureSlot& texture = scene.materials[emitters_[index].material].emission_texture;
   return (texture.used() ? Rgb(lookup(scene, texture, s)) : Rgb(1)) * coverage(scene, *s.mesh, light.index, s.u, s.v);
 }
 
-double Lights::triangle_power(const Scene& scene, std::uint32_t light) const {
-  const Material& material = scene.materials[emitters_[light].material];
-  const double sides = material.double_sided ? 2 : 1;
-  double radiance = mean(material.emission);
-  if (!material.shines_evenly()) {
-    // A stratified look at the textures: a choice probability may be rough, and the floor covers what it misses.
-    static constexpr int kSide = 4;
-    radiance = 0;
-    for (int i = 0; i < kSide * kSide; ++i) {
-      const Vec2 u{(static_cast<float>(i % kSide) + 0.5f) / kSide, (static_cast<float>(i / kSide) + 0.5f) / kSide};
-      radiance += mean(emitted(scene, light, square_to_triangle(u), true)) / (kSide * kSide);
-    }
-  }
-  return sides * kPi * emitters_[light].area * radiance;
+double Lights::power_per_radiance(const Scene& scene, std::uint32_t light) const {
+  const double sides = scene.materials[emitters_[light].material].double_sided ? 2 : 1;
+  return sides * kPi * emitters_[light].area;
+}
+
+[[gnu::noinline]] float Lights::place_density(const Scene& scene, std::uint32_t light, const SurfacePoint& s) const {
+  const EmissionPattern& pattern = pattern_of(light);
+  return pattern.even() ? 1 : pattern.density(triangle_to_square(on_mesh(scene, light, {s.u, s.v})));
 }
 
 // The densities of directions compared: that of ordinary emission, |cos θ|/π of a side's, and what it is with the aim.
@@ -185,11 +187,11 @@ double Lights::triangle_power(const Scene& scene, std::uint32_t light) const {
   return emitter.etendue * (pdf_w > 0 ? ordinary / pdf_w : 1 / (1 - aim.share()));
 }
 
-float Lights::etendue(const SurfacePoint& s, const Vec3& direction) const {
+float Lights::etendue(const Scene& scene, const SurfacePoint& s, const Vec3& direction) const {
   const std::uint32_t first = first_of_instance_[s.instance];
   if (first == kNoLight) return kInfinity;
   const std::uint32_t light = first + s.triangle;
-  return triangle_etendue(light, s.position, direction, aim_of(light), Aim::kNone);
+  return triangle_etendue(light, s.position, direction, aim_of(light), Aim::kNone) / place_density(scene, light, s);
 }
 
 float Lights::environment_etendue(float pdf, const Vec3& point, const Vec3& from) const {

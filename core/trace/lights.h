@@ -12,6 +12,7 @@
 #include "core/trace/aim.h"
 #include "core/trace/box_lines.h"
 #include "core/trace/emission_domain.h"
+#include "core/trace/emission_pattern.h"
 #include "core/trace/surface.h"
 
 namespace photond {
@@ -147,13 +148,13 @@ class Lights {
                              DirectLanes& lanes, std::uint32_t (&others)[kLanes]) const;
   /// Density per solid angle with which `sample_direct` finds the emitter surface `s` from the origin of the ray of a
   /// unit direction that meets it after `distance`.
-  float pdf_direct(const SurfacePoint& s, const Vec3& direction, float distance) const;
+  float pdf_direct(const Scene& scene, const SurfacePoint& s, const Vec3& direction, float distance) const;
   /// The same for the environment in a direction.
   float pdf_environment(const Scene& scene, const Vec3& direction) const;
 
   /// EmissionSample::etendue of a path that leaves the emitter surface `s` in a direction: the inverse of the density
   /// with which `sample_emission` finds it, per area and projected solid angle. Infinite where `s` is not a light.
-  float etendue(const SurfacePoint& s, const Vec3& direction) const;
+  float etendue(const Scene& scene, const SurfacePoint& s, const Vec3& direction) const;
   /// The same for a path from the environment that arrives at `point` from a direction with that `pdf_environment`.
   float environment_etendue(float pdf, const Vec3& point, const Vec3& from) const;
   /// Whether photons carry the environment's caustics (environment_casts). Where they do not, its étendues are infinite:
@@ -189,7 +190,10 @@ class Lights {
 
   /// The emissive triangles, which are the first of the lights.
   std::span<const EmitterTriangle> emitters() const { return emitters_; }
-  /// From now on paths leave emissive triangles from within these domains, one for each.
+  /// Whether places on that triangle are drawn evenly.
+  bool shines_evenly(std::uint32_t light) const { return pattern_of(light).even(); }
+  /// From now on paths leave emissive triangles from within these domains, one for each. Domains of triangles that do not
+  /// shine evenly are not divided by place.
   void set_domains(const Scene& scene, std::vector<EmissionDomain> domains);
   /// What a path that leaves the light stands for beside what it carries, in terms of that: light that meets nothing.
   float unsent(std::uint32_t light) const { return 1 / sent_[light] - 1; }
@@ -217,7 +221,16 @@ class Lights {
   Rgb emission_share(const Scene& scene, std::uint32_t index, const Vec2& uv) const;
   Rgb emitted(const Scene& scene, std::uint32_t index, const Vec2& uv, bool front) const;
   void set_etendues(const Scene& scene);
-  double triangle_power(const Scene& scene, std::uint32_t light) const;
+  // The places of an emitter are those of its mesh's triangle but for winding.
+  Vec2 on_mesh(const Scene& scene, std::uint32_t light, const Vec2& uv) const;
+  double power_per_radiance(const Scene& scene, std::uint32_t light) const;
+  void measure_uneven(const Scene& scene);
+  std::vector<float> look_at_cells(const Scene& scene, std::uint32_t light, std::uint32_t side,
+                                   std::uint32_t per_cell) const;
+  const EmissionPattern& pattern_of(std::uint32_t light) const {
+    return patterns_[pattern_of_.empty() ? 0 : pattern_of_[light]];
+  }
+  float place_density(const Scene& scene, std::uint32_t light, const SurfacePoint& s) const;
   DirectSample sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const;
   const Aim& aim_of(std::uint32_t light) const { return aims_[aim_of_.empty() ? 0 : aim_of_[light]]; }
   void share_aimed(const Scene& scene, std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const;
@@ -243,6 +256,8 @@ class Lights {
   std::vector<float> sent_;                       // share of its power that its paths carry
   AliasTable choice_;                             // for light that is sampled from where it arrives
   AliasTable emission_choice_;                    // for paths that leave lights
+  std::vector<EmissionPattern> patterns_ = {EmissionPattern()};   // the first is even
+  std::vector<std::uint32_t> pattern_of_;         // for each emitter, into patterns_; empty where all are even
   std::vector<EmissionDomain> domains_;           // for each emitter; empty where all are whole
   std::vector<std::uint32_t> first_of_instance_;  // index of the light of an emissive instance's first triangle
   std::int64_t environment_ = -1;                 // index into lights_

@@ -32,7 +32,8 @@ DirectSample sample_punctual(const PunctualLight& light, float clearance, const 
 
 DirectSample Lights::sample_triangle(const Scene& scene, std::uint32_t light, const Vec3& point, const Vec2& u) const {
   const EmitterTriangle& emitter = emitters_[light];
-  const Vec2 uv = square_to_triangle(u);
+  const EmissionPattern::Place place = pattern_of(light).draw(u);
+  const Vec2 uv = square_to_triangle(place.u);
   const Vec3 position = emitter.at(uv);
   const Vec3 to_light = position - point;
   const float distance_sq = glm::dot(to_light, to_light);
@@ -41,11 +42,11 @@ DirectSample Lights::sample_triangle(const Scene& scene, std::uint32_t light, co
   sample.wi = to_light / std::sqrt(distance_sq);
   const float cosine = -glm::dot(emitter.normal, sample.wi);
   if (cosine == 0) return {};
-  sample.pdf_w = choice_.pdf(light) * distance_sq / (std::abs(cosine) * emitter.area);
+  sample.pdf_w = choice_.pdf(light) * place.density * distance_sq / (std::abs(cosine) * emitter.area);
   sample.target = spawn_point(position, emitter.normal, emitter.extent, -sample.wi);
   // These last: a call would spill what they do not need.
   sample.radiance = emitted(scene, light, uv, cosine > 0) / sample.pdf_w;
-  sample.etendue = triangle_etendue(light, position, -sample.wi, aim_of(light), Aim::kNone);
+  sample.etendue = triangle_etendue(light, position, -sample.wi, aim_of(light), Aim::kNone) / place.density;
   return sample;
 }
 
@@ -113,12 +114,13 @@ void DirectLanes::sample(std::uint32_t count) {
   }
 }
 
-float Lights::pdf_direct(const SurfacePoint& s, const Vec3& direction, float distance) const {
+float Lights::pdf_direct(const Scene& scene, const SurfacePoint& s, const Vec3& direction, float distance) const {
   const std::uint32_t first = first_of_instance_[s.instance];
   if (first == kNoLight) return 0;
-  const float area = emitters_[first + s.triangle].area;
+  const std::uint32_t light = first + s.triangle;
   const float cos_l = std::abs(glm::dot(s.ng, direction));
-  return cos_l > 0 ? choice_.pdf(first + s.triangle) * distance * distance / (cos_l * area) : 0;
+  if (!(cos_l > 0)) return 0;
+  return choice_.pdf(light) * place_density(scene, light, s) * distance * distance / (cos_l * emitters_[light].area);
 }
 
 float Lights::pdf_environment(const Scene& scene, const Vec3& direction) const {

@@ -12,26 +12,29 @@ EmissionSample Lights::emit_triangle(const Scene& scene, std::uint32_t light, co
   const EmissionDomain& domain = domain_of(scene, light);
   std::uint32_t drawn = Aim::kNone;
   EmissionStart start;
-  Vec3 direction;
   const bool aims = aim.draw(rng);
   if (aims) {
     start.place = rng.next2();
-    drawn = aim.choose(rng.next());
-    direction = aim.direction(emitter.at(square_to_triangle(start.place)), drawn, rng.next2());
-    start.back = !(glm::dot(direction, emitter.normal) > 0);
   } else {
     start = domain.draw(rng);
   }
-  const Frame side(start.back ? -emitter.normal : emitter.normal);
-  const Vec2 uv = square_to_triangle(start.place);
+  const EmissionPattern::Place place = pattern_of(light).draw(start.place);
+  const Vec2 uv = square_to_triangle(place.u);
   const Vec3 position = emitter.at(uv);
+  Vec3 direction;
+  if (aims) {
+    drawn = aim.choose(rng.next());
+    direction = aim.direction(position, drawn, rng.next2());
+    start.back = !(glm::dot(direction, emitter.normal) > 0);
+  }
+  const Frame side(start.back ? -emitter.normal : emitter.normal);
   if (aims) {
     start.direction = disk_to_square(Vec2(side.to_local(direction)));
     if (!domain.contains(start)) return {{position, direction}};   // beside everything that is there
   } else {
     direction = side.to_world(square_to_cosine_hemisphere(start.direction));
   }
-  const float etendue = triangle_etendue(light, position, direction, aim, drawn);
+  const float etendue = triangle_etendue(light, position, direction, aim, drawn) / place.density;
   const Ray ray{spawn_point(position, emitter.normal, emitter.extent, direction), direction};
   return {ray, emitted(scene, light, uv, !start.back) * etendue, etendue};
 }

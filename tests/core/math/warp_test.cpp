@@ -192,5 +192,15 @@ TEST(Octahedral, LosesLessThanFourThousandthsOfADegree) {
   }
 }
 
+TEST(Warp, SquareOfATriangleIsFoundAgain) {
+  Rng rng(5, RngPurpose::pilot, 0, 0);
+  for (int i = 0; i < 10'000; ++i) {
+    const Vec2 u = rng.next2(), again = triangle_to_square(square_to_triangle(u));
+    EXPECT_NEAR(again.x, u.x, 4 * 0x1p-23f);
+    EXPECT_NEAR(again.y, u.y, 4 * 0x1p-23f);
+  }
+  EXPECT_EQ(triangle_to_square({0, 0}), Vec2(0));
+}
+
 }  // namespace
 }  // namespace photond

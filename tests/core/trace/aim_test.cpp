@@ -270,7 +270,7 @@ TEST(AimedEmission, TellsTheEtendueThatPathsHave) {
         const Ray back{s.ray.origin + 0.1f * s.ray.direction, -s.ray.direction};
         const Hit hit = aimed->accel.intersect(back);
         ASSERT_TRUE(hit.found());
-        told = aimed->lights.etendue(make_surface(aimed->scene, back, hit), s.ray.direction);
+        told = aimed->lights.etendue(aimed->scene, make_surface(aimed->scene, back, hit), s.ray.direction);
       }
       ++seen;
       differ += std::abs(told - s.etendue) > 1e-3f * s.etendue;

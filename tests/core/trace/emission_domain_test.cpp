@@ -115,7 +115,7 @@ TEST(FindDomain, MissesNothingThatPathsMeet) {
     int meeting = 0, inside = 0, paths = 0, missed = 0;
     for (std::size_t e = 0; e < emitters.size(); e += std::max<std::size_t>(emitters.size() / 8, 1)) {
       const bool both = prepared->scene.materials[emitters[e].material].double_sided;
-      const EmissionDomain domain = find_domain(emitters[e], both, emitters.size(), boxes), whole(both ? 2 : 1);
+      const EmissionDomain domain = find_domain(emitters[e], both, true, emitters.size(), boxes), whole(both ? 2 : 1);
       for (int i = 0; i < 20'000; ++i, ++paths) {
         const EmissionStart start = whole.draw(rng);
         const bool found = prepared->accel.intersect(path(emitters[e], start)).found(), in = domain.contains(start);
@@ -168,7 +168,7 @@ TEST(EmissionDomains, TellTheEtendueThatPathsHave) {
       const Hit hit = prepared->accel.intersect(back);
       if (!hit.found()) continue;   // by an edge
       ++seen;
-      differ += prepared->lights.etendue(make_surface(prepared->scene, back, hit), s.ray.direction) != s.etendue;
+      differ += prepared->lights.etendue(prepared->scene, make_surface(prepared->scene, back, hit), s.ray.direction) != s.etendue;
       EXPECT_FLOAT_EQ(s.flux.x, 3 * s.etendue) << name;
     }
     EXPECT_GT(seen, 900) << name;

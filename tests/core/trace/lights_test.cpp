@@ -34,7 +34,7 @@ TEST(Lights, DirectDirectionsMatchTheirPdf) {
     const float environment = scene->lights.pdf_environment(scene->scene, wi);
     if (!hit.found()) return static_cast<double>(environment);
     const SurfacePoint s = make_surface(scene->scene, {point, wi}, hit);
-    return static_cast<double>(environment + scene->lights.pdf_direct(s, wi, hit.t));
+    return static_cast<double>(environment + scene->lights.pdf_direct(scene->scene, s, wi, hit.t));
   };
   const double p = test::chi2_sphere(
       [&](Rng& rng) {
