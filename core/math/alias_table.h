@@ -16,6 +16,7 @@ class AliasTable {
   /// `weights`: up to kMostWeights, finite and not negative, with a positive sum.
   explicit AliasTable(std::span<const double> weights);
 
+  std::uint64_t memory_bytes() const { return bins_.size() * sizeof(Bin); }
   /// Probability of an index: exact.
   float pdf(std::size_t index) const { return bins_[index].probability; }
   /// An index for u in [0, 1), a multiple of 2⁻²⁴.

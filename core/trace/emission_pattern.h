@@ -28,6 +28,8 @@ class EmissionPattern {
   /// The density of a place; not 0.
   float density(const Vec2& u) const;
 
+  std::uint64_t memory_bytes() const { return cells_.memory_bytes(); }
+
  private:
   float scale() const { return static_cast<float>(side_); }
 

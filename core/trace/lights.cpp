@@ -240,6 +240,14 @@ std::optional<Vec3> Lights::place(const Scene& scene, std::uint32_t light) const
   return far ? std::nullopt : std::optional(scene.lights[lights_[light].index].position);
 }
 
+std::uint64_t Lights::memory_bytes() const {
+  std::uint64_t bytes = choice_.memory_bytes() + emission_choice_.memory_bytes();
+  for (const EmissionPattern& pattern : patterns_) bytes += sizeof(pattern) + pattern.memory_bytes();
+  return bytes + lights_.size() * (sizeof(Light) + sizeof(float)) + emitters_.size() * sizeof(EmitterTriangle) +
+         (pattern_of_.size() + aim_of_.size() + first_of_instance_.size()) * sizeof(std::uint32_t) +
+         powers_.capacity() * sizeof(double);
+}
+
 void Lights::set_aim(const LightGroup& group, Aim aim) {
   aim_of_.resize(lights_.size(), 0);
   std::fill_n(aim_of_.begin() + group.first, group.count, static_cast<std::uint32_t>(aims_.size()));

@@ -131,6 +131,8 @@ class Lights {
   Lights(const Scene& scene, const Bounds3& bounds);
 
   bool empty() const { return lights_.empty(); }
+  /// Of what belongs to each light; domains and aims are few.
+  std::uint64_t memory_bytes() const;
   std::size_t size() const { return lights_.size(); }
   /// Sum of the lights' power in W, mean over RGB, of light from infinity what meets the bounds; exact but for emitters of
   /// textures or alpha (sampled) and environment maps (their mean for all directions).

@@ -180,7 +180,9 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
   prepared->aim = learn_aim(prepared->scene, prepared->accel, prepared->lights, execution);
   // By the root: pictures profit by less noise, and by more passes in the same time.
   prepared->directed_share = std::sqrt(prepared->domain.effort * prepared->aim.effort);
-  prepared->memory_bytes = scene_bytes(prepared->scene) + prepared->accel.memory_bytes();
+  prepared->memory_bytes = scene_bytes(prepared->scene) + prepared->accel.memory_bytes() +
+                           prepared->lights.memory_bytes() + bytes_of(prepared->light_media) +
+                           bytes_of(prepared->placed);
   if (execution.cancelled()) return cancelled();
   return std::shared_ptr<const PreparedScene>(std::move(prepared));
 }

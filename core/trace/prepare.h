@@ -32,7 +32,7 @@ struct PreparedScene {
   bool shares_gloss = false;         ///< whether photons that come by way of a caster are stored on gloss
   std::vector<PlacedMesh> placed;    ///< for each instance, and none
   std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each
-  std::uint64_t memory_bytes = 0;    ///< estimate: scene, textures and accelerator
+  std::uint64_t memory_bytes = 0;    ///< estimate: scene, textures, accelerator and lights
 
   /// What a ray has met, or the one more that stands for nothing.
   const PlacedMesh& placed_at(const Hit& hit) const {

@@ -214,7 +214,8 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
                            {1, std::uint64_t{1} << 28},  // of 16384 by 16384, the largest film
                            "Largest picture, in pixels (default: " + std::to_string(options.max_pixels) + ")");
   add_megabytes(*serve, "--max-job-memory-mb", options.max_job_memory_bytes,
-                "Memory for film and photon maps of one job; half of what there is");
+                "Memory for film and photon maps of one job, and for the films of all that take turns; half of what "
+                "there is");
   add_count(*serve, "--max-jobs", options.max_live_jobs, {1, 1'000'000}, "Jobs waiting and running at once");
   add_count(*serve, "--max-streams", options.max_streams, {1, kMaxSeats}, "Event streams and long polls at once");
   add_count(*serve, "--max-uploads", options.max_uploads, {1, kMaxSeats}, "Uploads at once");

@@ -73,7 +73,8 @@ Jobs::Jobs(Store& store, Environments& environments, JobFiles& files, const std:
       scenes_(store, environments_, room_, workers_, limits.scene_cache_bytes),
       maps_(limits.map_cache_bytes, std::move(maps)),
       parts_{scenes_, maps_, workers_, files_, room_, turn_, passes_, limits.max_job_memory_bytes, std::move(identity),
-             limits.watch_time} {
+             limits.watch_time},
+      scheduler_(limits.max_job_memory_bytes) {
   room_.set_maps({[this] { return maps_.spare_disk(); },
                   [this](std::uint64_t bytes) { return maps_.free_disk(bytes); }});
 }

@@ -8,16 +8,28 @@ namespace photond {
 
 namespace {
 
-std::uint64_t film_bytes(const RenderSettings& settings, bool banded) {
+std::uint64_t pixels(const RenderSettings& settings) {
+  return static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height);
+}
+
+std::uint64_t kept_bytes(const RenderSettings& settings, bool banded) {
   constexpr std::uint64_t kSums = sizeof(Film::Sums::value_type), kSquares = sizeof(Film::SquareSums::value_type);
   // The sums of complete blocks and of an open one, the squares of blocks and of passes, the largest pass.
-  constexpr std::uint64_t kPixel = 2 * kSums + 2 * kSquares + sizeof(float) + kPictureBytes;
+  constexpr std::uint64_t kPixel = 2 * kSums + 2 * kSquares + sizeof(float);
   constexpr std::uint64_t kBanded = sizeof(Film::BandSums) + sizeof(Bands);
-  return static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height) *
-         (kPixel + (banded ? kBanded : 0));
+  return pixels(settings) * (kPixel + (banded ? kBanded : 0));
+}
+
+std::uint64_t film_bytes(const RenderSettings& settings, bool banded) {
+  return kept_bytes(settings, banded) + pixels(settings) * kPictureBytes;
 }
 
 }  // namespace
+
+std::uint64_t film_memory(const RenderSettings& settings) {
+  const bool may_be_banded = settings.method != Method::path && settings.method != Method::photon_map;
+  return kept_bytes(settings, may_be_banded);
+}
 
 MemoryNeed memory_need(const RenderSettings& settings, const PhotonSettings& photons) {
   const bool stores = settings.method == Method::progressive || settings.method == Method::photon_map;

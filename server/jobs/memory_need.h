@@ -17,6 +17,8 @@ struct MemoryNeed {
   std::uint64_t maps = 0;  ///< bytes of the photon maps of one pass
 };
 
+/// Bytes that the film of such a job keeps between passes, at most.
+std::uint64_t film_memory(const RenderSettings& settings);
 /// By the settings alone: the film as it is from the second block of passes on, and one photon of each path where the
 /// method is sure to store them.
 MemoryNeed memory_need(const RenderSettings& settings, const PhotonSettings& photons);

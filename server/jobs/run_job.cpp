@@ -5,7 +5,6 @@
 
 #include "core/film/film_bytes.h"
 #include "core/render/note.h"
-#include "server/jobs/memory_need.h"
 #include "server/store/file.h"
 
 namespace photond {

@@ -17,6 +17,7 @@
 #include "server/jobs/disk_room.h"
 #include "server/jobs/job.h"
 #include "server/jobs/map_cache.h"
+#include "server/jobs/memory_need.h"
 #include "server/jobs/revision_rule.h"
 #include "server/jobs/scene_library.h"
 #include "server/jobs/scheduler.h"
@@ -52,6 +53,7 @@ class RunJob : public Slices {
   bool step() override;
   std::string owner() const override { return job_->owner; }
   bool unseen() const override { return !previewed_ && film_.pass_count() == 0; }
+  std::uint64_t memory() const override { return film_memory(job_->spec.settings); }
 
   /// True where the run is to be given to a scheduler, since it is in none; from then on it counts as in one, until a
   /// `step` has returned false.

@@ -6,16 +6,20 @@
 
 namespace photond {
 
-void Scheduler::Class::fill() {
-  while (active.size() < kMaxActive && !waiting.empty()) {
-    active.push_back(std::move(waiting.front()));
+void Scheduler::Class::fill(Memory& memory) {
+  const auto let_in = [&](std::shared_ptr<Slices>& work) {
+    memory.take(*work);
+    active.push_back(std::move(work));
+  };
+  while (active.size() < kMaxActive && !waiting.empty() && memory.fits(*waiting.front())) {
+    let_in(waiting.front());
     waiting.pop_front();
   }
   for (auto work = waiting.begin(); work != waiting.end();) {
-    if (serves((*work)->owner())) {
+    if (serves((*work)->owner()) || !memory.fits(**work)) {
       ++work;
     } else {
-      active.push_back(std::move(*work));
+      let_in(*work);
       work = waiting.erase(work);
     }
   }
@@ -41,31 +45,38 @@ std::shared_ptr<Slices> Scheduler::Class::take_next() {
   return work;
 }
 
-bool Scheduler::Class::remove(const std::shared_ptr<Slices>& work) {
-  const bool removed = std::erase(active, work) + std::erase(waiting, work) > 0;
-  fill();
-  return removed;
-}
-
-Scheduler::Scheduler() : thread_([this] { run(); }) {}
+Scheduler::Scheduler(std::uint64_t most_memory) : memory_{most_memory}, thread_([this] { run(); }) {}
 
 Scheduler::~Scheduler() { stop(); }
 
 void Scheduler::submit(std::shared_ptr<Slices> work, Priority priority) {
   {
     const std::lock_guard lock(mutex_);
-    Class& mine = classes_[static_cast<int>(priority)];
-    mine.waiting.push_back(std::move(work));
-    mine.fill();
+    classes_[static_cast<int>(priority)].waiting.push_back(std::move(work));
+    fill();
   }
   work_.notify_one();
+}
+
+void Scheduler::fill() {
+  for (Class& each : classes_) each.fill(memory_);
+}
+
+/// What waited counts among what takes turns from now on.
+bool Scheduler::take_out(Class& from, const std::shared_ptr<Slices>& work) {
+  if (std::erase(from.waiting, work) > 0) {
+    memory_.take(*work);
+    return true;
+  }
+  return std::erase(from.active, work) > 0;
 }
 
 bool Scheduler::hurry(const std::shared_ptr<Slices>& work) {
   const std::lock_guard lock(mutex_);
   for (int priority = 0; priority < 2; ++priority) {
-    if (!classes_[priority].remove(work)) continue;
+    if (!take_out(classes_[priority], work)) continue;
     hurried_.push_back({work, static_cast<Priority>(priority)});
+    fill();
     return true;
   }
   return std::any_of(hurried_.begin(), hurried_.end(), [&](const Hurried& h) { return h.work == work; });
@@ -111,9 +122,12 @@ void Scheduler::run() {
   while (std::shared_ptr<Slices> work = take(priority)) {
     const bool more = work->step();
     const std::lock_guard lock(mutex_);
-    Class& mine = classes_[static_cast<int>(priority)];
-    if (more) mine.active.push_back(std::move(work));
-    mine.fill();
+    if (more) {
+      classes_[static_cast<int>(priority)].active.push_back(std::move(work));
+    } else {
+      memory_.give_back(*work);
+    }
+    fill();
     busy_ = false;
     idle_.notify_all();
   }

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -23,18 +24,21 @@ class Slices {
   virtual std::string owner() const { return {}; }
   /// Whether nobody can see anything of it yet. Asked between slices.
   virtual bool unseen() const { return false; }
+  /// Bytes that it may hold from its first slice on until nothing is left; always the same.
+  virtual std::uint64_t memory() const { return 0; }
 };
 
 /// Gives the render thread to the waiting work slice by slice: interactive before batch, round robin inside a
 /// class, so that jobs share the machine by passes. At most `kMaxActive` of a class take turns, in the order
-/// they came; the rest wait, which bounds the memory of films. Who has none among them need not wait for the
-/// others': his first is let in beside them. What nobody can see anything of yet has the turns of its owner's other work:
+/// they came, and of both classes together no more than there is memory for; the rest wait. Who has none among them need
+/// not wait for the others' turns, only for memory: his first is let in beside them. What nobody can see anything of yet has the turns of its owner's other work:
 /// a first picture soon is worth more than a better one a little sooner. Knows nothing of rendering.
 class Scheduler {
  public:
   static constexpr std::size_t kMaxActive = 8;
 
-  Scheduler();
+  /// `most_memory`: of all work that takes turns, in bytes. What needs more takes its turns alone.
+  explicit Scheduler(std::uint64_t most_memory);
   ~Scheduler();
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
@@ -49,13 +53,20 @@ class Scheduler {
   void stop();
 
  private:
+  // What the work holds that takes turns: is active, hurried or running.
+  struct Memory {
+    std::uint64_t most;
+    std::uint64_t held = 0;
+    bool fits(const Slices& work) const { return held == 0 || held + work.memory() <= most; }
+    void take(const Slices& work) { held += work.memory(); }
+    void give_back(const Slices& work) { held -= work.memory(); }
+  };
   struct Class {
     std::deque<std::shared_ptr<Slices>> active;
     std::deque<std::shared_ptr<Slices>> waiting;
-    void fill();
+    void fill(Memory& memory);
     bool serves(const std::string& owner) const;
     std::shared_ptr<Slices> take_next();
-    bool remove(const std::shared_ptr<Slices>& work);
   };
   struct Hurried {
     std::shared_ptr<Slices> work;
@@ -64,6 +75,8 @@ class Scheduler {
   void run();
   std::shared_ptr<Slices> take(Priority& priority);
   bool has_work() const;
+  void fill();
+  bool take_out(Class& from, const std::shared_ptr<Slices>& work);
 
   std::mutex mutex_;
   std::condition_variable work_;
@@ -71,6 +84,7 @@ class Scheduler {
   std::deque<Hurried> hurried_;
   bool busy_ = false;  ///< a slice is running
   Class classes_[2];  ///< by Priority
+  Memory memory_;
   bool stopping_ = false;
   std::thread thread_;
 };

@@ -77,9 +77,22 @@ class Gate : public Slices {
   std::atomic<bool> open_ = false;
 };
 
+constexpr std::uint64_t kMemory = 100;
+
+/// Holds memory while it takes turns.
+class LargeWork : public FakeWork {
+ public:
+  LargeWork(Diary& diary, char name, int slices, std::uint64_t memory, std::string owner = {})
+      : FakeWork(diary, name, slices, std::move(owner)), memory_(memory) {}
+  std::uint64_t memory() const override { return memory_; }
+
+ private:
+  const std::uint64_t memory_;
+};
+
 std::string run_all(const std::function<void(Scheduler&, Diary&)>& submit, std::size_t turns) {
   Diary diary;
-  Scheduler scheduler;
+  Scheduler scheduler(kMemory);
   const auto gate = std::make_shared<Gate>();
   scheduler.submit(gate, Priority::interactive);
   gate->wait_entered();
@@ -142,6 +155,55 @@ TEST(Scheduler, OnlySoManyTakeTurnsAtOnce) {
       << "the ninth waits until the first has ended";
 }
 
+TEST(Scheduler, WhatHasNoRoomInMemoryWaits) {
+  const std::string turns = run_all(
+      [](Scheduler& scheduler, Diary& diary) {
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'a', 2, 60), Priority::batch);
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'b', 4, 40), Priority::batch);
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'c', 2, 50), Priority::batch);
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'd', 1, 10), Priority::batch);
+      },
+      9);
+  EXPECT_EQ(turns, "ababcdbcb") << "and what comes later does not pass it";
+}
+
+TEST(Scheduler, OtherOwnersAndOtherClassesShareTheMemory) {
+  const std::string turns = run_all(
+      [](Scheduler& scheduler, Diary& diary) {
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'a', 2, 60, "one"), Priority::interactive);
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'b', 2, 60, "two"), Priority::interactive);
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'c', 2, 40, "three"), Priority::interactive);
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'd', 1, 100, "four"), Priority::batch);
+      },
+      7);
+  EXPECT_EQ(turns, "acacbbd");
+}
+
+TEST(Scheduler, WhatNeedsMoreThanThereIsTakesItsTurnsAlone) {
+  const std::string turns = run_all(
+      [](Scheduler& scheduler, Diary& diary) {
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'a', 2, 10), Priority::batch);
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'b', 2, 200), Priority::batch);
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'c', 1, 10), Priority::batch);
+      },
+      5);
+  EXPECT_EQ(turns, "aabbc");
+}
+
+TEST(Scheduler, WaitingWorkThatIsHurriedHasItsTurnAtOnce) {
+  const auto large = [](Diary& diary) { return std::make_shared<LargeWork>(diary, 'b', 1, 90); };
+  const std::string turns = run_all(
+      [&](Scheduler& scheduler, Diary& diary) {
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'a', 2, 90), Priority::batch);
+        const auto waiting = large(diary);
+        scheduler.submit(waiting, Priority::batch);
+        EXPECT_TRUE(scheduler.hurry(waiting));
+        scheduler.submit(std::make_shared<LargeWork>(diary, 'c', 1, 10), Priority::batch);
+      },
+      4);
+  EXPECT_EQ(turns, "baca") << "and nothing comes in beside both";
+}
+
 TEST(Scheduler, HurriedWorkHasTheNextTurnAndThenItsUsualOnes) {
   bool queued = false, unknown = true;
   const std::string turns = run_all(
@@ -183,7 +245,7 @@ TEST(Scheduler, WhatNobodyHasSeenYetTakesOnlyTurnsOfItsOwner) {
 
 TEST(Scheduler, IsIdleWhenAllIsDone) {
   Diary diary;
-  Scheduler scheduler;
+  Scheduler scheduler(kMemory);
   EXPECT_TRUE(scheduler.wait_idle(std::chrono::seconds(10)));
   const auto gate = std::make_shared<Gate>();
   scheduler.submit(gate, Priority::batch);
@@ -197,7 +259,7 @@ TEST(Scheduler, IsIdleWhenAllIsDone) {
 
 TEST(Scheduler, StopsWithWorkLeft) {
   Diary diary;
-  Scheduler scheduler;
+  Scheduler scheduler(kMemory);
   scheduler.submit(std::make_shared<FakeWork>(diary, 'a', 1'000'000'000), Priority::batch);
   scheduler.stop();
   const std::string before = diary.text();
