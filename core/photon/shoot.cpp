@@ -11,6 +11,7 @@
 #include "core/trace/medium.h"
 #include "core/trace/plain.h"
 #include "core/trace/roulette.h"
+#include "core/trace/scatter_flux.h"
 #include "core/trace/specular.h"
 
 namespace photond {
@@ -275,30 +276,25 @@ class Shooter {
     const LobeMask gathered = gathered_lobes(bsdf);
     store(walk, surface.position, encode_direction(wi), encode_normal(surface.ng),
           walk.depth > 0 && (gathered != kNoLobe || shared_on_gloss(walk, bsdf)));
-    const Vec2 u = walk.rng.next2();
-    const float choice = walk.rng.next();
-    auto sample = bsdf.sample({u, choice}, kAllLobes, Transport::flux);
-    const bool by_gathered = sample && settle_gathered(bsdf, gathered, walk.rng, *sample);
+    FluxSample sample;
+    const bool scattered = scatter_flux(scene_.scene, surface, bsdf, wi, most_normal_factor_, walk.rng, sample);
     const float roulette = walk.rng.next();
-    if (!sample || (only_caustic_ && by_gathered)) {
+    if (!scattered || (only_caustic_ && sample.by_gathered)) {
       carry(walk, Rgb(0));
       return false;
     }
-    Rgb next = walk.flux * sample->weight;
-    if (surface.smooth && !sample->flat) {
-      next *= shading_normal_factor(surface.ns, surface.ng, wi, sample->wi, most_normal_factor_);
-    }
+    const Rgb next = walk.flux * sample.weight;
     // Survival in proportion to what is reflected: the power of a survivor changes only in colour.
     const float survival = survival_probability(max_component(next) / max_component(walk.flux), walk.depth);
     if (roulette >= survival) {
       carry(walk, Rgb(0));
       return false;
     }
-    if (by_gathered) walk.map = kGlobal;
-    walk.medium.cross(scene_.scene, surface, sample->transmitted);
-    if (sample->transmitted) walk.etendue /= compression(*surface.material, surface.front);
-    walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample->wi);
-    walk.ray.direction = sample->wi;
+    if (sample.by_gathered) walk.map = kGlobal;
+    walk.medium.cross(scene_.scene, surface, sample.transmitted);
+    if (sample.transmitted) walk.etendue /= compression(*surface.material, surface.front);
+    walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample.wi);
+    walk.ray.direction = sample.wi;
     return carry_finite(walk, next * (1 / survival)) && goes_on(walk);
   }
 

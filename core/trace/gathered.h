@@ -24,22 +24,28 @@ inline LobeMask gloss_lobes(const Bsdf& bsdf) {
   return bsdf.lobes() & kReflectionLobe & ~gathered_lobes(bsdf) & ~bsdf.delta_lobes();
 }
 
-/// Whether what was sampled from all lobes was scattered by `gathered` ones. Where others scatter that way, too, chance
-/// decides, in proportion to what each of the two scatters, and the weight becomes that of those lobes alone. The lobe that
-/// was drawn does not tell: where lobes overlap, each is drawn for the light of both.
+/// Chance decides, in proportion to what gathered and other lobes scatter, which of them the light is of that both do; the
+/// weight becomes that of those lobes alone. True: the gathered ones.
+inline bool settle(const Rgb& of_gathered, const Rgb& of_others, Rng& rng, Rgb& weight) {
+  const Rgb all = of_gathered + of_others;
+  const float sum = all.x + all.y + all.z;
+  const float p = (of_gathered.x + of_gathered.y + of_gathered.z) / sum;
+  const bool settled = rng.next() < p;
+  const Rgb part = settled ? of_gathered / p : of_others / (1 - p);
+  for (int c = 0; c < 3; ++c) weight[c] *= all[c] > 0 ? part[c] / all[c] : 0;
+  return settled;
+}
+
+/// Whether what was sampled from all lobes was scattered by `gathered` ones. Where others scatter that way, too, `settle`
+/// decides: the lobe that was drawn does not tell, since where lobes overlap, each is drawn for the light of both.
 inline bool settle_gathered(const Bsdf& bsdf, LobeMask gathered, Rng& rng, BsdfSample& sample) {
   const LobeMask others = bsdf.lobes() & ~gathered & ~bsdf.delta_lobes();
   const bool drawn = (sample.lobe & gathered) != 0;
   if (sample.delta || gathered == kNoLobe || others == kNoLobe) return drawn;
   const Rgb of_gathered = bsdf.eval(sample.wi, gathered, Transport::flux);
   const Rgb of_others = bsdf.eval(sample.wi, others, Transport::flux);
-  const Rgb all = of_gathered + of_others;
-  const float sum = all.x + all.y + all.z;
-  if (!(sum > 0)) return drawn;
-  const float p = (of_gathered.x + of_gathered.y + of_gathered.z) / sum;
-  const bool settled = rng.next() < p;
-  const Rgb part = settled ? of_gathered / p : of_others / (1 - p);
-  for (int c = 0; c < 3; ++c) sample.weight[c] *= all[c] > 0 ? part[c] / all[c] : 0;
+  if (is_black(of_gathered + of_others)) return drawn;
+  const bool settled = settle(of_gathered, of_others, rng, sample.weight);
   sample.lobe = settled ? gathered : others;
   return settled;
 }

@@ -94,6 +94,20 @@ TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, s
   return vertices_of(scene, instance, triangle);
 }
 
+SurfacePoint seen_from(const Scene& scene, const SurfacePoint& surface, const Vec3& wo) {
+  SurfacePoint seen = surface;
+  if (glm::dot(wo, surface.ng) < 0) {
+    seen.front = !surface.front;
+    seen.ng = -surface.ng;
+  }
+  seen.ns = seen.ng;
+  if (seen.smooth) {
+    const Vec3 front_ns = front_shading_normal(scene, seen, seen.front ? seen.ng : -seen.ng);
+    seen.ns = shading_normal(seen.front ? front_ns : -front_ns, seen.ng, wo);
+  }
+  return seen;
+}
+
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
   SurfacePoint s;
   s.instance = hit.instance;

@@ -57,6 +57,9 @@ TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, s
 /// The surface where `ray` meets the scene. `hit` must be found.
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
 
+/// The same point as it is for a ray that arrives from the direction `wo`.
+SurfacePoint seen_from(const Scene& scene, const SurfacePoint& surface, const Vec3& wo);
+
 /// Surfaces met by several rays. What is computed together are those without normal texture in meshes that are not moved
 /// (PlacedMesh::in_place).
 struct alignas(64) SurfaceLanes {

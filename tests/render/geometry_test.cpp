@@ -243,6 +243,46 @@ TEST(HardCase, LeaningNormals23) {
   }
 }
 
+// A sun along the floor lights a wall whose normals lean up by β; paths from the floor see it from below the horizon of
+// those normals, too, which are then bent until they see it at grazing incidence. The floor is dark: what it sends back
+// is less than 10⁻⁴ of all.
+TEST(HardCase, WallsOfLeaningNormals23) {
+  HardCase c(23, "normals inverted, mirrored or far off");
+  constexpr float kHalf = 2, kHeight = 2, kWall = 0.8f, kFloor = 0.001f;
+  const Vec3 at(1, 0, 0), towards_sun(1, 0, 0), wall_ng(1, 0, 0);
+  for (const float degrees : {20.0f, 60.0f}) {
+    const float beta = degrees * kPi / 180;
+    const Vec3 leaning(std::cos(beta), 0, std::sin(beta));
+    Scene scene = empty_scene();
+    add_mesh(scene, parallelogram({0, -kHalf, 0}, {3, 0, 0}, {0, 2 * kHalf, 0}),
+             add_material(scene, lambert(Rgb(kFloor))));
+    Mesh wall = parallelogram({0, -kHalf, 0}, {0, 2 * kHalf, 0}, {0, 0, kHeight});
+    wall.normals.assign(4, leaning);
+    add_mesh(scene, wall, add_material(scene, lambert(Rgb(kWall))));
+    PunctualLight sun;
+    sun.type = LightType::directional;
+    sun.direction = -towards_sun;
+    sun.intensity = Rgb(1);
+    scene.lights.push_back(sun);
+    double e = 0;   // ∫ L cos cos / r² over the wall
+    constexpr int kSteps = 1000;
+    const double area = 2.0 * kHalf * kHeight / (kSteps * kSteps);
+    for (int i = 0; i < kSteps * kSteps; ++i) {
+      const Vec3 from(0, 2 * kHalf * ((static_cast<float>(i % kSteps) + 0.5f) / kSteps) - kHalf,
+                      kHeight * ((static_cast<float>(i / kSteps) + 0.5f) / kSteps));
+      const Vec3 way = at - from, out = glm::normalize(way);
+      const float cosine = std::max(glm::dot(shading_normal(leaning, wall_ng, out), towards_sun), 0.0f);
+      e += static_cast<double>(kWall * kInvPi * cosine * out.x * -out.z / glm::dot(way, way)) * area;
+    }
+    // Within the radius the irradiance bends by some parts in a thousand.
+    look_at_with(c.equals("L of a floor beside a wall with normals " + std::to_string(static_cast<int>(degrees)) + "° off",
+                          e * static_cast<double>(kFloor * kInvPi), {.relative = 4e-3}),
+                 prepared(std::move(scene)),
+                 {.from = {1.5f, 0.1f, 2}, .at = at, .radius = 0.25f, .photons = 100'000, .passes = 80, .side = 48},
+                 {Method::path, Method::progressive, Method::hybrid});
+  }
+}
+
 // Glass and mirrors lose nothing, whatever their normals say: in a white sky they show the sky, mirrors by their colour.
 TEST(HardCase, LeaningNormalsOfGlass23) {
   HardCase c(23, "normals inverted, mirrored or far off");
