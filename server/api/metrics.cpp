@@ -135,7 +135,10 @@ Response Api::metrics(const Request&) const {
   const DiskUse disk = jobs_.room().use();
   out.single("photond_disk_used_bytes", "gauge", "Size of the data directory.", disk.used);
   out.single("photond_disk_limit_bytes", "gauge", "What the data directory may take.", disk.limit);
-  out.single("photond_disk_full", "gauge", "1 while jobs wait for room on the disk.", jobs_.room().full() ? 1 : 0);
+  out.single("photond_disk_full", "gauge", "1 while the disk is full or jobs have no room on it.",
+             jobs_.room().full() || jobs_.without_room() > 0 ? 1 : 0);
+  out.single("photond_jobs_without_room", "gauge", "Jobs that wait for room on the disk, or go on without.",
+             jobs_.without_room());
   out.single("photond_passes_total", "counter", "Rendered passes.", jobs_.passes());
   write_maps(out, jobs_.maps());
   write_process(out);

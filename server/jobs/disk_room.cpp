@@ -75,7 +75,7 @@ Status DiskRoom::measure(DiskUse& use) const {
   return Done{};
 }
 
-Status DiskRoom::make_room(std::uint64_t bytes) {
+Status DiskRoom::make_room(std::uint64_t bytes, const std::string& job) {
   const std::lock_guard lock(mutex_);
   DiskUse use;
   if (const Status measured = measure(use); !measured) return measured;
@@ -84,7 +84,9 @@ Status DiskRoom::make_room(std::uint64_t bytes) {
   if (!spare) return spare.error();
   // What is removed in vain is missed for nothing.
   if (use.without(*spare).has_room(bytes)) {
-    if (const Status reduced = reduce_to(use.limit - std::min(use.limit, bytes), use); !reduced) return reduced;
+    const std::uint64_t target = use.limit - std::min(use.limit, bytes);
+    if (const Status reduced = reduce_to(target, use); !reduced) return reduced;
+    if (const Status dropped = drop_older_checkpoints(target, use, job); !dropped) return dropped;
   }
   if (use.has_room(bytes)) return Done{};
   return disk_full("the disk is full: " + std::to_string(bytes) + " more bytes are needed, and " +
@@ -96,6 +98,7 @@ Status DiskRoom::tidy() {
   if (const Status measured = measure(use_); !measured) return measured;
   if (use_.used > use_.high_water()) {
     if (const Status reduced = reduce_to(use_.low_water(), use_); !reduced) return reduced;
+    if (const Status dropped = drop_older_checkpoints(use_.high_water(), use_, {}); !dropped) return dropped;
   }
   // Two marks, so that it does not become full again with the next byte.
   full_ = full_ ? use_.used > use_.high_water() : !use_.has_room(1);
@@ -104,7 +107,7 @@ Status DiskRoom::tidy() {
 
 /// Of all that may be removed.
 Result<std::uint64_t> DiskRoom::spare_bytes() const {
-  const Result<std::uint64_t> files = files_.bytes_without(live_jobs(store_));
+  const Result<std::uint64_t> files = files_.spare_bytes(live_jobs(store_));
   if (!files) return files.error();
   const auto environments = idle_environments(store_, environments_);
   if (!environments) return environments.error();
@@ -128,6 +131,18 @@ Status DiskRoom::drop_checkpoints(std::uint64_t target, DiskUse& use) {
     if (use.used <= target) return Done{};
     const std::uint64_t before = files_.checkpoint_files().total_bytes();
     if (const Status dropped = files_.drop_checkpoints(job.id); !dropped) return dropped;
+    use.used -= std::min(use.used, freed(before, files_.checkpoint_files()));
+  }
+  return Done{};
+}
+
+Status DiskRoom::drop_older_checkpoints(std::uint64_t target, DiskUse& use, const std::string& first) {
+  std::vector<std::string> jobs{first};
+  for (const std::string& job : live_jobs(store_)) jobs.push_back(job);
+  for (const std::string& job : jobs) {
+    if (use.used <= target) return Done{};
+    const std::uint64_t before = files_.checkpoint_files().total_bytes();
+    if (const Status dropped = files_.drop_older_checkpoints(job); !dropped) return dropped;
     use.used -= std::min(use.used, freed(before, files_.checkpoint_files()));
   }
   return Done{};

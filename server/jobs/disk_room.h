@@ -14,7 +14,7 @@ namespace photond {
 
 /// Keeps the data directory within its limits, by removing what can be made again or missed, in this order: photon
 /// maps; checkpoints of ended jobs; pictures of ended jobs, the oldest first; scenes, then environments, that no job
-/// needs which has not ended. Thread-safe.
+/// needs which has not ended; of jobs that have not ended, checkpoints before the newest. Thread-safe.
 class DiskRoom {
  public:
   /// Photon maps, as far as it goes for room.
@@ -31,8 +31,9 @@ class DiskRoom {
   /// There are none at first.
   void set_maps(Maps maps) { maps_ = std::move(maps); }
 
-  /// Makes room for a file. Errors: limit_exceeded at "disk" where that cannot be: then nothing was removed; io.
-  Status make_room(std::uint64_t bytes);
+  /// Makes room for a file, of this job where one is named: then its own older checkpoint goes before those of others.
+  /// Errors: limit_exceeded at "disk" where that cannot be: then nothing was removed; io.
+  Status make_room(std::uint64_t bytes, const std::string& job = {});
   /// To be called now and then: above the high water mark removes down to the low one, and finds out whether the disk
   /// is full. Errors: io.
   Status tidy();
@@ -45,6 +46,7 @@ class DiskRoom {
  private:
   Result<std::uint64_t> spare_bytes() const;
   Status reduce_to(std::uint64_t bytes, DiskUse& use);
+  Status drop_older_checkpoints(std::uint64_t target, DiskUse& use, const std::string& first);
   Status drop_checkpoints(std::uint64_t target, DiskUse& use);
   Status drop_frames(std::uint64_t target, DiskUse& use);
   Status drop_scenes(std::uint64_t target, DiskUse& use);

@@ -60,6 +60,7 @@ void Jobs::tidy_up() {
     pause_for_room();
   else
     wake();
+  count_without_room();
 }
 
 void Jobs::pause_for_room() {
@@ -75,20 +76,35 @@ void Jobs::pause_for_room() {
   }
 }
 
-/// Takes up what waited for room, in the order it came; what rests in memory only is put away.
+/// Takes up what waited for room, in the order it came; what rests in memory only is put away. Where all jobs wait, the
+/// first goes on without room: once it has ended, what it has may go.
 void Jobs::wake() {
   const std::lock_guard lock(mutex_);
   if (stopping_) return;
   std::map<std::uint64_t, std::shared_ptr<RunJob>> waiting;
+  bool all_wait = true;
   for (const auto& [id, run] : runs_) {
+    const JobState state = run->job()->state();
     const bool paused = run->job()->pause_reason() == PauseReason::disk_full;
     if (paused || run->stalled() || run->unsaved()) waiting.emplace(run->job()->record().sequence, run);
+    if (state == JobState::queued || is_running(state)) all_wait = false;
   }
   for (const auto& [sequence, run] : waiting) {
-    if (run->missing_bytes() > 0 && !room_.make_room(run->missing_bytes())) continue;
+    const bool has_room = run->missing_bytes() == 0 || room_.make_room(run->missing_bytes(), run->job()->id).ok();
+    if (!has_room && !(all_wait && waits_for_room(run->job()->record()).ok())) continue;
+    if (!has_room) run->dare();
     const bool goes_on = run->job()->move(JobState::queued, {}, waits_for_room).ok();
     if (goes_on || run->stalled() || run->unsaved()) put_to_work(run);
+    if (goes_on) all_wait = false;
   }
+}
+
+void Jobs::count_without_room() {
+  const std::lock_guard lock(mutex_);
+  without_room_ = static_cast<int>(std::count_if(runs_.begin(), runs_.end(), [](const auto& entry) {
+    const RunJob& run = *entry.second;
+    return run.missing_bytes() > 0 || run.job()->pause_reason() == PauseReason::disk_full;
+  }));
 }
 
 }  // namespace photond

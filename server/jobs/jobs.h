@@ -64,6 +64,8 @@ class Jobs {
   /// How full the disk is. While it is full, running jobs are paused and new ones refused; both ends by itself.
   DiskRoom& room() { return room_; }
   const DiskRoom& room() const { return room_; }
+  /// Jobs that lately had no room on the disk for what they have computed: most of them wait.
+  int without_room() const { return without_room_; }
   const EventLog& events() const { return log_; }
   const JobLimits& limits() const { return limits_; }
   int threads() const { return workers_.threads(); }
@@ -152,6 +154,7 @@ class Jobs {
   void tidy_up();
   void pause_for_room();
   void wake();
+  void count_without_room();
 
   Store& store_;
   JobFiles& files_;
@@ -171,6 +174,7 @@ class Jobs {
   std::map<std::string, std::shared_ptr<RunJob>> runs_;  ///< of every job that is known
   std::map<PrewarmSpec, std::shared_ptr<Prewarm>> prewarms_;  ///< not ended, and some that have
   std::atomic<bool> stopping_ = false;
+  std::atomic<int> without_room_ = 0;
   Scheduler scheduler_;  ///< late: its thread uses all of the above
   std::condition_variable_any tick_;
   std::jthread housekeeper_;

@@ -14,6 +14,8 @@ namespace {
 constexpr double kProgressSeconds = 0.5;  // between two progress events
 // A job that kills the service each time must not do so for ever. More than one: others may kill it in the job's turn.
 constexpr std::uint32_t kMaxCrashes = 5;
+// What a checkpoint leaves free, so that the job's pictures, in all formats, find room, too.
+constexpr std::uint64_t kPictureBytesPerPixel = 64;
 
 std::string note_of(const Plan& plan) { return picture_note(method_name(plan.method), plan.biased); }
 
@@ -123,7 +125,7 @@ Status RunJob::advance() {
   if (is_recent(job_->looked_at()) && rule_.due(film_.pass_count(), wall_seconds())) {
     if (const Status published = publish(false); !published) return published;
   }
-  if (checkpoints_.due(compute_seconds_)) return checkpoint();
+  if (checkpoints_.due(compute_seconds_)) return dares_ ? checkpoint_if_there_is_room() : checkpoint();
   return wall_seconds() - told_ >= kProgressSeconds ? tell_progress() : Done{};
 }
 
@@ -236,7 +238,7 @@ Status RunJob::finish() {
   if (const Status kept = keep_picture(execution_.stop); !kept) return kept;
   // For `extend`, which otherwise begins anew: the bits are the same.
   if (checkpoint_passes_ < film_.pass_count() && checkpoints_.worth_keeping(compute_seconds_)) {
-    if (const Status saved = checkpoint(); !saved) return saved;
+    if (const Status saved = checkpoint_if_there_is_room(); !saved) return saved;
   }
   return job_->move(JobState::succeeded);
 }
@@ -263,13 +265,22 @@ Status RunJob::publish(bool result) {
 
 Status RunJob::checkpoint() {
   const Clock::time_point begin = Clock::now();
-  missing_bytes_ = film_size(film_);
-  if (const Status room = parts_.room.make_room(missing_bytes_); !room) return room;
+  missing_bytes_ = film_size(film_) + kPictureBytesPerPixel * film_.width * film_.height;
+  if (const Status room = parts_.room.make_room(missing_bytes_, job_->id); !room) return room;
   const Status saved = save_checkpoint(parts_.files, job_->id, identity_, film_, compute_seconds_, cancel_.get_token());
   if (!saved) return saved;
   missing_bytes_ = 0;
+  dares_ = false;
   checkpointed_ = true;
   checkpoint_passes_ = film_.pass_count();
+  checkpoints_.done(compute_seconds_, std::chrono::duration<double>(Clock::now() - begin).count());
+  return Done{};
+}
+
+Status RunJob::checkpoint_if_there_is_room() {
+  const Clock::time_point begin = Clock::now();
+  const Status saved = checkpoint();
+  if (saved || !is_disk_full(saved.error())) return saved;
   checkpoints_.done(compute_seconds_, std::chrono::duration<double>(Clock::now() - begin).count());
   return Done{};
 }

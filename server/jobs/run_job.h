@@ -70,8 +70,10 @@ class RunJob : public Slices {
   bool stalled() const;
   /// Its job rests, but could not be put away, and keeps its memory; a further `step` tries again.
   bool unsaved() const { return unsaved_; }
-  /// Bytes that there was no room for when the job was last put aside; 0 where there was.
+  /// Bytes that there was no room for when the job's film was last to be written down; 0 where there was.
   std::uint64_t missing_bytes() const { return missing_bytes_; }
+  /// From now on the job computes on where there is no room for its film, until there is: a crash costs it more.
+  void dare() { dares_ = true; }
 
   const std::shared_ptr<Job>& job() const { return job_; }
 
@@ -92,6 +94,7 @@ class RunJob : public Slices {
   Status keep_picture(const std::stop_token& stop);
   Status keep_seen_picture();
   Status checkpoint();
+  Status checkpoint_if_there_is_room();
   Status tell_progress();
   void take_failure(const Error& error);
   void take_failure_of(const std::function<Status()>& work);
@@ -121,6 +124,7 @@ class RunJob : public Slices {
   bool stalled_ = false;
   std::atomic<std::uint64_t> missing_bytes_{0};
   std::atomic<bool> unsaved_{false};
+  std::atomic<bool> dares_{false};
   Execution execution_;
 
   std::shared_ptr<const RenderTask> task_;

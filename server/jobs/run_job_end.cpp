@@ -65,6 +65,7 @@ void RunJob::let_go() {
   maps_.release();
   task_.reset();
   unsaved_ = false;
+  missing_bytes_ = 0;
 }
 
 void RunJob::release() {

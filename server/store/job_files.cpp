@@ -123,6 +123,16 @@ Status JobFiles::drop_checkpoints(const std::string& job, std::size_t keep) {
   return drop(*checkpoint_files_, "checkpoints", job, keep);
 }
 
+Status JobFiles::drop_older_checkpoints(const std::string& job) {
+  const auto all = checkpoints(job);
+  if (!all) return all.error();
+  auto older = std::find_if(all->begin(), all->end(), [this](const Checkpoint& newest) { return open(newest).ok(); });
+  while (older != all->end() && ++older != all->end()) {
+    if (const Status dropped = drop_checkpoint(job, *older); !dropped) return dropped;
+  }
+  return Done{};
+}
+
 Status JobFiles::drop_checkpoint(const std::string& job, const Checkpoint& checkpoint) {
   const std::lock_guard lock(changing_);
   return remove_rows(*checkpoint_files_, "checkpoints", job, {checkpoint.blob});
@@ -133,25 +143,27 @@ Status JobFiles::drop_frames(const std::string& job) {
   return drop(*frame_files_, "frames", job, 0);
 }
 
-Result<std::uint64_t> JobFiles::bytes_without(const std::set<std::string>& jobs) {
-  const Result<std::uint64_t> frames = bytes_without("frames", jobs);
+Result<std::uint64_t> JobFiles::spare_bytes(const std::set<std::string>& jobs) {
+  const Result<std::uint64_t> frames = bytes_without("SELECT job, blob, bytes, 1 FROM frames", jobs);
   if (!frames) return frames;
-  const Result<std::uint64_t> checkpoints = bytes_without("checkpoints", jobs);
+  const Result<std::uint64_t> checkpoints = bytes_without(
+      "SELECT job, blob, bytes, passes = max(passes) OVER (PARTITION BY job) FROM checkpoints", jobs);
   return checkpoints ? *frames + *checkpoints : checkpoints;
 }
 
-/// A blob that several jobs name, as those of equal jobs, counts once, and stays with the last of them.
-Result<std::uint64_t> JobFiles::bytes_without(const char* table, const std::set<std::string>& jobs) {
+/// Of `rows` (job, blob, bytes, whether these jobs keep it). A blob that several jobs name, as those of equal jobs,
+/// counts once, and stays with the last of them.
+Result<std::uint64_t> JobFiles::bytes_without(const std::string& rows, const std::set<std::string>& jobs) {
   std::map<Digest, std::uint64_t> blobs;
   std::set<Digest> staying;
   const Status read = database_.read([&](Transaction& transaction) {
-    Query rows = transaction.query(std::string("SELECT job, blob, bytes FROM ") + table);
-    while (rows.next()) {
-      const Digest blob = digest_of(rows.bytes(1));
-      blobs[blob] = rows.whole(2);
-      if (jobs.contains(rows.text(0))) staying.insert(blob);
+    Query query = transaction.query(rows);
+    while (query.next()) {
+      const Digest blob = digest_of(query.bytes(1));
+      blobs[blob] = query.whole(2);
+      if (query.whole(3) != 0 && jobs.contains(query.text(0))) staying.insert(blob);
     }
-    return rows.status();
+    return query.status();
   });
   if (!read) return read.error();
   std::uint64_t bytes = 0;

@@ -48,13 +48,15 @@ class JobFiles {
   Result<FileBytes> open(const Checkpoint& checkpoint) { return checkpoint_files_->open_file(checkpoint.blob); }
   /// Removes all but the newest `keep`.
   Status drop_checkpoints(const std::string& job, std::size_t keep = 0);
+  /// Removes those before the newest that is whole. Errors: io.
+  Status drop_older_checkpoints(const std::string& job);
   /// Removes one that is of no use. Errors: io.
   Status drop_checkpoint(const std::string& job, const Checkpoint& checkpoint);
   /// Removes the pictures of a job.
   Status drop_frames(const std::string& job);
 
-  /// What would be gone with all jobs but these. Errors: io.
-  Result<std::uint64_t> bytes_without(const std::set<std::string>& jobs);
+  /// What would be gone if these jobs kept their pictures and newest checkpoints, and other jobs nothing. Errors: io.
+  Result<std::uint64_t> spare_bytes(const std::set<std::string>& jobs);
 
   const Blobs& frame_files() const { return *frame_files_; }
   const Blobs& checkpoint_files() const { return *checkpoint_files_; }
@@ -66,7 +68,7 @@ class JobFiles {
   Status sweep(Blobs& files, const char* table);
   Status publish(Blobs& files, const char* table, const Blobs::Written& written, const Database::Body& row);
   void remove_unnamed(Blobs& files, const char* table, const Digest& blob);
-  Result<std::uint64_t> bytes_without(const char* table, const std::set<std::string>& jobs);
+  Result<std::uint64_t> bytes_without(const std::string& rows, const std::set<std::string>& jobs);
   Status drop(Blobs& files, const char* table, const std::string& job, std::size_t keep);
   Status remove_rows(Blobs& files, const char* table, const std::string& job, const std::vector<Digest>& blobs);
 

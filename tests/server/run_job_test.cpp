@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <new>
+#include <optional>
 #include <thread>
 
 #include "server/jobs/environment_library.h"
@@ -166,6 +167,75 @@ TEST_F(RunJobTest, IsPutAwayWheneverTheServiceEnds) {
     ASSERT_EQ(job->record().passes, passes_) << i;
     ASSERT_EQ(stored_.files->checkpoints("a")->front().passes, passes_) << i;
   }
+}
+
+class TightDiskTest : public RunJobTest {
+ protected:
+  /// With room for so many films of the job more than there is now.
+  void limit(double films) {
+    const std::uint64_t used = measure_disk(stored_.folder.path(), {}).value().used;
+    const std::uint64_t film = stored_.files->checkpoints("a")->front().bytes;
+    tight_.emplace(stored_.folder.path(), DiskLimits{used + static_cast<std::uint64_t>(films * film), 0}, *stored_.store,
+                   *stored_.environments, *stored_.files);
+    tight_parts_.emplace(RunParts{scenes_, maps_, workers_, *stored_.files, *tight_, turn_, passes_, UINT64_MAX,
+                                  parts_.identity, std::chrono::milliseconds(0)});
+  }
+  JobRecord large() {
+    JobRecord record = new_record();
+    record.spec.settings.width = record.spec.settings.height = 96;
+    record.spec.stop.passes = 1'000'000;
+    return record;
+  }
+  /// Of a run that begins with this: until one more pass is done and put away.
+  static void pass_and_rest(RunJob& run) {
+    ASSERT_TRUE(run.job()->state() == JobState::queued || run.job()->move(JobState::queued).ok());
+    for (const std::uint32_t before = run.job()->record().passes; run.job()->record().passes == before;) {
+      ASSERT_TRUE(run.step());
+      if (run.job()->state() == JobState::rendering) {
+        ASSERT_TRUE(run.step());
+        ASSERT_TRUE(run.job()->move(JobState::paused).ok());
+        run.step();
+      }
+    }
+  }
+  std::vector<std::uint32_t> checkpoints() const {
+    std::vector<std::uint32_t> passes;
+    const auto kept = stored_.files->checkpoints("a");
+    for (const auto& checkpoint : *kept) passes.push_back(checkpoint.passes);
+    return passes;
+  }
+
+  std::optional<DiskRoom> tight_;
+  std::optional<RunParts> tight_parts_;
+};
+
+TEST_F(TightDiskTest, AnOlderCheckpointGivesItsRoomToANewOne) {
+  const auto job = new_job(large());
+  RunJob first(job, parts_);
+  for (int i = 0; i < 2; ++i) pass_and_rest(first);
+  EXPECT_EQ(checkpoints(), (std::vector<std::uint32_t>{2, 1}));
+  limit(.7);
+  RunJob run(job, *tight_parts_);
+  pass_and_rest(run);
+  EXPECT_FALSE(run.unsaved());
+  EXPECT_EQ(checkpoints(), (std::vector<std::uint32_t>{3, 2}));
+}
+
+TEST_F(TightDiskTest, AJobThatDaresGoesOnWithoutACheckpointUntilThereIsRoom) {
+  const auto job = new_job(large());
+  RunJob first(job, parts_);
+  pass_and_rest(first);
+  limit(.7);
+  RunJob run(job, *tight_parts_);
+  ASSERT_TRUE(job->move(JobState::queued).ok());
+  while (run.step()) continue;
+  EXPECT_EQ(job->record().pause_reason, PauseReason::disk_full);
+  EXPECT_GT(run.missing_bytes(), 0u);
+  const std::uint64_t before = passes_;
+  ASSERT_TRUE(job->move(JobState::queued).ok());
+  run.dare();
+  while (passes_ < before + 5) ASSERT_TRUE(run.step());
+  EXPECT_EQ(checkpoints(), std::vector<std::uint32_t>{1});
 }
 
 TEST_F(RunJobTest, WhatCannotBePutAwayRestsUntilItCan) {

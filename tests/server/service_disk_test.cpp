@@ -91,6 +91,33 @@ TEST_F(DiskRoomTest, WhatCanBeMissedGoesInOrder) {
   EXPECT_LT(used(), all);
 }
 
+TEST_F(DiskRoomTest, OlderCheckpointsOfLiveJobsGoLastAndTheNewestThatIsWholeStays) {
+  const SceneRecord needed = scene(1);
+  for (const char* id : {"j-damaged", "j-other", "j-own"}) {
+    job(id, JobState::paused, needed.id);
+    const auto newer = [&](const Blobs::Sink& sink) { return sink(bytes_of(100'000, 150 + id[3])); };
+    ASSERT_TRUE(stored_.files->put_checkpoint(id, 2, 2, newer).ok());
+  }
+  const auto passes = [&](const std::string& id) {
+    std::vector<std::uint32_t> all;
+    const auto rows = stored_.files->checkpoints(id);
+    for (const auto& checkpoint : *rows) all.push_back(checkpoint.passes);
+    return all;
+  };
+  const auto damaged = stored_.files->checkpoints("j-damaged")->front().blob;
+  std::filesystem::remove(stored_.folder.path() / "checkpoints" / to_hex(damaged));
+  const auto free = [&](std::uint64_t bytes) { return room(used()).make_room(bytes, "j-own"); };
+  EXPECT_TRUE(is_disk_full(free(310'000).error())) << "more than all of them";
+  EXPECT_EQ(passes("j-own").size(), 2u);
+  EXPECT_TRUE(free(50'000).ok());
+  EXPECT_EQ(passes("j-own"), std::vector<std::uint32_t>{2});
+  EXPECT_EQ(passes("j-other").size(), 2u);
+  EXPECT_TRUE(free(50'000).ok());
+  EXPECT_EQ(passes("j-other"), std::vector<std::uint32_t>{2});
+  EXPECT_FALSE(free(50'000).ok());
+  EXPECT_EQ(passes("j-damaged").back(), 1u);
+}
+
 TEST_F(DiskRoomTest, WhatCannotMakeEnoughRoomStays) {
   const SceneRecord idle = scene(1), needed = scene(2);
   const EnvironmentRecord idle_sky = environment(4);
@@ -244,15 +271,24 @@ TEST_F(DiskFullTest, AFullDiskAtTheStartIsNoReasonNotToStart) {
   wait_for_state(endless, "rendering");
 }
 
-TEST_F(DiskFullTest, ACheckpointThatDoesNotFitPausesItsJobOnly) {
+TEST_F(DiskFullTest, AJobWhoseCheckpointDoesNotFitWaitsForOthersOnly) {
   const std::string large = submit(
       scene_, R"("method":"path","film":{"width":1024,"height":1024},"stop":{"seconds":600})");
+  const std::string other = submit(scene_, R"("method":"path","stop":{"seconds":600})");
   const json paused = wait_for_state(large, "paused");
   EXPECT_EQ(paused["paused_because"], "disk_full") << "its film alone has more than the quota";
-  EXPECT_EQ(get(port_, "/readyz").status, 200);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // the disk is looked after every second
+  EXPECT_EQ(job(large)["state"], "paused");
+  const Reply ready = get(port_, "/readyz");
+  EXPECT_EQ(ready.status, 200);
+  EXPECT_EQ(ready.body, "ready; jobs without room on the disk: 1\n");
+  const std::string metrics = get(port_, "/metrics").body;
+  EXPECT_NE(metrics.find("photond_disk_full 1\n"), std::string::npos);
+  EXPECT_NE(metrics.find("photond_jobs_without_room 1\n"), std::string::npos);
+  EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + other + "/cancel").status, 202);
+  wait_for_state(large, "rendering");  // though it may lose its passes
   const std::string small = submit(scene_, R"("method":"path","stop":{"passes":3})");
   EXPECT_EQ(wait_for_end(small)["state"], "succeeded");
-  std::this_thread::sleep_for(std::chrono::seconds(2));  // the disk is looked after every second
   EXPECT_EQ(get(port_, "/v1/jobs/" + small + "/frames/latest.png").status, 200) << "nothing goes in vain";
   EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + large + "/cancel").status, 202);
   EXPECT_EQ(wait_for_end(large)["state"], "canceled");
