@@ -85,7 +85,7 @@ Response Api::latest_frame(const Request& request, const FrameWish& wish) const 
   const auto watched = jobs_.job(id);
   std::optional<JobRecord> job;
   Response response;
-  wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
+  wait_until(jobs_.events(), request, [&] {
     if (watched) look(*watched, wish);
     job = store_.job(id);
     if (!job || job->revision <= after) return !job || is_terminal(job->state);

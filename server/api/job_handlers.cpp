@@ -139,7 +139,7 @@ Response Api::get_job(const Request& request) const {
   std::optional<JobRecord> job;
   const std::string known = request.header("if-none-match");
   const auto watched = jobs_.job(id);
-  wait_until(jobs_.events(), wait_parameter(request), request.stop, [&] {
+  wait_until(jobs_.events(), request, [&] {
     if (watched) watched->look();
     job = store_.job(id);
     return !job || known.empty() || !names_etag(known, job_etag(*job));

@@ -43,6 +43,7 @@ struct Request {
   std::shared_ptr<const nlohmann::ordered_json> parameters;  ///< of path, query and headers, checked: see query.h
   std::shared_ptr<const nlohmann::ordered_json> json;        ///< a JSON body, checked
   std::stop_token stop;  ///< triggered when the server shuts down
+  std::function<bool()> peer_gone = [] { return false; };  ///< whether the client has closed its end
 
   /// The value of a header, named in lower case; empty where it is absent. Of a repeated one the first.
   std::string header(const std::string& name) const {

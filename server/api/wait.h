@@ -1,23 +1,27 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <stop_token>
 
+#include "server/api/query.h"
 #include "server/jobs/event_log.h"
 
 namespace photond {
 
-/// Calls `look` after every change of any job until it returns true, the time is up or the server stops.
+/// Calls `look` now, after every change of any job and every second, until it returns true, the request's `wait` is up,
+/// its client has gone or the server stops.
 template <class Look>
-bool wait_until(const EventLog& log, std::chrono::milliseconds wait, const std::stop_token& stop, const Look& look) {
+void wait_until(const EventLog& log, const Request& request, const Look& look) {
   using Clock = std::chrono::steady_clock;
-  const Clock::time_point deadline = Clock::now() + wait;
-  while (true) {
+  constexpr std::chrono::milliseconds kLook{1000};  // how soon it is noticed that a client has gone
+  const Clock::time_point deadline = Clock::now() + wait_parameter(request);
+  for (bool over = false; !over;) {
     const std::uint64_t seen = log.newest();  // before looking: what comes in between ends the wait at once
-    if (look()) return true;
+    if (look()) return;
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
-    if (left.count() <= 0 || stop.stop_requested() || !log.wait_beyond(seen, left, stop)) return look();
+    over = left.count() <= 0 || request.stop.stop_requested() || request.peer_gone();
+    if (!over) log.wait_beyond(seen, std::min(left, kLook), request.stop);
   }
 }
 

@@ -154,5 +154,25 @@ TEST_F(ServiceTest, AReaderThatDoesNotReadDelaysNobody) {
       << "state changes are never lost";
 }
 
+TEST_F(ServiceTest, ALongPollWhoseClientHasGoneGivesItsPlaceBack) {
+  ServiceOptions options;
+  options.max_streams = 2;
+  start(options);
+  const std::string id = submit(upload(), R"("method":"path","stop":{"passes":1})");
+  wait_for_end(id);
+  const std::string etag = get(port_, "/v1/jobs/" + id).headers.at("etag");
+  for (int i = 0; i < 2; ++i) {
+    Connection client(port_);
+    client.send("GET /v1/jobs/" + id + "?wait=20 HTTP/1.1\r\nHost: localhost\r\nIf-None-Match: " + etag + "\r\n\r\n");
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  int status = 503;
+  for (int i = 0; i < 150 && status == 503; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    status = get(port_, "/v1/jobs/" + id + "?wait=0").status;
+  }
+  EXPECT_EQ(status, 200);
+}
+
 }  // namespace
 }  // namespace photond::test
