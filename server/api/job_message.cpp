@@ -1,5 +1,6 @@
 #include "server/api/job_message.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "server/api/problem.h"
@@ -141,9 +142,25 @@ Json event_message(const Event& event) {
           {"revision", event.revision}};
 }
 
+namespace {
+
+/// Without what a job had done beyond the checkpoint from which it went on: passes and seconds only grow.
+std::vector<SeriesPoint> growing(const JobRecord& job) {
+  std::vector<SeriesPoint> points;
+  for (auto point = job.series.rbegin(); point != job.series.rend(); ++point) {
+    const bool before = points.empty() ? point->passes <= job.passes
+                                       : point->passes < points.back().passes && point->seconds < points.back().seconds;
+    if (before) points.push_back(*point);
+  }
+  std::reverse(points.begin(), points.end());
+  return points;
+}
+
+}  // namespace
+
 Json series_message(const JobRecord& job) {
   Json points = Json::array();
-  for (const SeriesPoint& point : job.series) {
+  for (const SeriesPoint& point : growing(job)) {
     points.push_back({{"revision", point.revision},
                       {"passes", point.passes},
                       {"seconds", point.seconds},

@@ -147,5 +147,22 @@ TEST(ParseJson, RefusesWhatTheLibraryWouldLetPass) {
   EXPECT_NE(twice.error().message.find("\"seed\" appears twice"), std::string::npos);
 }
 
+TEST(SeriesMessage, OnlyGrowsThoughAJobWentOnFromFurtherBack) {
+  JobRecord job;
+  job.passes = 8;
+  job.series = {{1, 1, 1, {}}, {2, 4, 3, {}}, {3, 7, 6, {}}, {4, 9, 8, {}}, {5, 5, 4, {}}, {6, 8, 3.5, {}}};
+  const auto revisions = [&] {
+    std::vector<int> all;
+    const Json message = series_message(job);
+    for (const Json& point : message["points"]) all.push_back(point["revision"]);
+    return all;
+  };
+  EXPECT_EQ(revisions(), (std::vector<int>{1, 2, 6}));
+  job.series.pop_back();
+  EXPECT_EQ(revisions(), (std::vector<int>{1, 2, 5}));
+  job.series.pop_back();
+  EXPECT_EQ(revisions(), (std::vector<int>{1, 2, 3})) << "nothing was published since";
+}
+
 }  // namespace
 }  // namespace photond
