@@ -23,10 +23,11 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
   return bytes;
 }
 
-/// A GLB that is sent as JSON text is one all the same.
+/// Of glTF the bytes tell which of its two forms it is, whatever it is sent as.
 std::string true_type(const std::vector<std::byte>& bytes, const std::string& media_type) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return media_type == "model/gltf+json" && text.starts_with("glTF") ? "model/gltf-binary" : media_type;
+  if (media_type == "application/zip") return media_type;
+  return text.starts_with("glTF") ? "model/gltf-binary" : "model/gltf+json";
 }
 
 Result<Scene> parse(std::span<const std::byte> bytes, const std::string& media_type) {

@@ -67,6 +67,27 @@ TEST_F(ServiceTest, AGlbIsOneWhateverItIsSentAs) {
   EXPECT_EQ(get(port_, scene["urls"]["glb"]).body, glb);
 }
 
+std::string base64(const std::string& bytes) {
+  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t at = 0; at < bytes.size(); at += 3) {
+    std::uint32_t bits = 0;
+    for (std::size_t i = at; i < at + 3; ++i) bits = bits << 8 | (i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0);
+    for (std::size_t i = 0; i < 4; ++i) text += at + i > bytes.size() ? '=' : kDigits[bits >> (18 - 6 * i) & 63];
+  }
+  return text;
+}
+
+TEST_F(ServiceTest, JsonIsNoGlbWhateverItIsSentAs) {
+  std::string gltf = small_gltf();
+  gltf.replace(gltf.find("quad.bin"), 8, "data:application/octet-stream;base64," + base64(quad_bin()));
+  const Reply reply = request(port_, "POST", "/v1/scenes", gltf, "model/gltf-binary");
+  ASSERT_EQ(reply.status, 201) << reply.body;
+  const json scene = json::parse(reply.body);
+  EXPECT_EQ(scene["media_type"], "model/gltf+json");
+  EXPECT_TRUE(scene["urls"]["glb"].is_null()) << scene["urls"];
+}
+
 TEST_F(ServiceTest, ABrokenSceneIsAProblemThatNamesThePlace) {
   std::string glb = small_glb();
   glb.replace(glb.find("\"count\":4"), 9, "\"count\":9");
