@@ -23,9 +23,9 @@ struct Caller {
   Scope scope = Scope::admin;
   KeyLimits limits;
 
-  Owner owner() const { return {key, limits}; }
+  Owner owner() const { return {key, limits, scope == Scope::admin}; }
   /// Whether what `owner` (id of a key) has made is the caller's to change.
-  bool may_change(const std::string& owner) const { return scope == Scope::admin || key == owner; }
+  bool may_change(const std::string& owner) const { return this->owner().may_change(owner); }
 };
 
 /// A request as the handlers see it. Header values come from outside and are never echoed.

@@ -23,7 +23,7 @@ Result<EnvironmentLibrary::Added> EnvironmentLibrary::add(std::vector<std::byte>
   auto known = store_.find(id);
   if (!known) return known.error();
   if (*known) {
-    if (!(*known)->name.empty() || name.empty()) return Added{**known, false};
+    if (!(*known)->name.empty() || name.empty() || !owner.may_change((*known)->owner)) return Added{**known, false};
     if (const Status named = store_.name(id, name); !named) return named.error();
     (*known)->name = name;
     return Added{**known, false};

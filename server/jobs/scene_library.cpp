@@ -104,7 +104,7 @@ Result<SceneLibrary::Added> SceneLibrary::add(std::vector<std::byte> bytes, cons
                                               const std::string& name, const Owner& owner, std::stop_token stop) {
   const Digest id = sha256(bytes);
   if (auto known = store_.scene(id)) {
-    if (!known->name.empty() || name.empty()) return Added{*known, false};
+    if (!known->name.empty() || name.empty() || !owner.may_change(known->owner)) return Added{*known, false};
     if (const Status named = store_.name_scene(id, name); !named) return named.error();
     known->name = name;
     return Added{*known, false};

@@ -51,8 +51,9 @@ class SceneLibrary {
     bool fresh = false;  ///< not known before
   };
   /// Parses, prepares and stores an upload; nothing is stored where that fails. `name` is for people, and may be empty;
-  /// a scene that is known keeps the one it has. Errors: those of read_gltf and read_archive, limit_exceeded at "disk"
-  /// (also of what the owner may have), unsupported for other media types, cancelled.
+  /// a scene that is known keeps the one it has, and one without gets it only from its owner or an admin. Errors: those
+  /// of read_gltf and read_archive, limit_exceeded at "disk" (also of what the owner may have), unsupported for other
+  /// media types, cancelled.
   Result<Added> add(std::vector<std::byte> bytes, const std::string& media_type, const std::string& name,
                     const Owner& owner, std::stop_token stop);
 

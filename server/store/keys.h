@@ -34,6 +34,10 @@ struct KeyLimits {
 struct Owner {
   std::string key;  ///< its id, or empty
   KeyLimits limits;
+  bool admin = false;
+
+  /// Whether what `owner` (id of a key) has made is theirs to change.
+  bool may_change(const std::string& owner) const { return admin || key == owner; }
 };
 
 /// A key as it is kept: its secret is not.

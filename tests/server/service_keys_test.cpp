@@ -175,6 +175,23 @@ TEST_F(ServiceKeysTest, ASceneIsItsFirstUploaders) {
   EXPECT_EQ(upload_by(one).status, 201) << "and its room is free again";
 }
 
+TEST_F(ServiceKeysTest, OnlyWhoseItIsNamesWhatCameWithoutAName) {
+  const NewKey one = make(Scope::submit), other = make(Scope::submit), admin = make(Scope::admin);
+  const std::string sky = std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n") + "\x80\x80\x80\x81\x80\x80\x80\x81";
+  const auto name_after = [&](const std::string& file, const std::string& query, const NewKey& key) {
+    const bool scene = file != sky;
+    return json::parse(request(port_, "POST", (scene ? "/v1/scenes" : "/v1/environments") + query, file,
+                               scene ? "model/gltf-binary" : "image/vnd.radiance", with(key)).body)["name"];
+  };
+  for (const std::string& file : {small_glb(), sky}) {
+    EXPECT_EQ(name_after(file, "", one), "");
+    EXPECT_EQ(name_after(file, "?name=rude", other), "");
+    EXPECT_EQ(name_after(file, "?name=lamp", one), "lamp");
+  }
+  EXPECT_EQ(name_after(small_glb("second"), "", one), "");
+  EXPECT_EQ(name_after(small_glb("second"), "?name=lamp", admin), "lamp");
+}
+
 TEST_F(ServiceKeysTest, JobsAreLimitedByKey) {
   const std::string scene = upload();
   const NewKey few = make(Scope::submit, {.jobs = 2, .bytes = {}, .streams = {}});
