@@ -71,6 +71,7 @@ class Api {
   // environment_handlers.cpp
   Response post_environment(Request& request);
   Response list_environments(const Request& request) const;
+  Response get_environment(const Request& request) const;
   Response delete_environment(const Request& request);
 
   // job_handlers.cpp

@@ -25,7 +25,16 @@ Response Api::post_environment(Request& request) {
       jobs_.environments().add(std::move(request.body), text_parameter(request, "name").value_or(""),
                                request.caller.owner(), request.stop);
   if (!added) return problem(added.error());
-  return json_response(environment_message(added->environment), added->fresh ? 201 : 200);
+  Response response = json_response(environment_message(added->environment), added->fresh ? 201 : 200);
+  response.headers.emplace_back("Location", "/v1/environments/" + to_hex(added->environment.id));
+  return response;
+}
+
+Response Api::get_environment(const Request& request) const {
+  const auto id = digest_from_hex(request.captures[0]);
+  if (!id) return problem(404, "not_found", "there is no environment of this id");
+  const auto environment = jobs_.environments().find(*id);
+  return environment ? json_response(environment_message(*environment)) : problem(environment.error());
 }
 
 Response Api::list_environments(const Request&) const {

@@ -95,7 +95,9 @@ Response Api::latest_frame(const Request& request, const FrameWish& wish) const 
     return response.status != 404 || is_terminal(job->state) || job->state == JobState::paused;
   });
   if (!job) return no_job(id);
-  if (job->revision <= after || (response.status == 404 && !is_terminal(job->state))) return no_newer_frame();
+  // Of a paused job no picture comes with its error before it goes on.
+  const bool may_come = !is_terminal(job->state) && !(wish.of_error() && job->state == JobState::paused);
+  if (job->revision <= after || (response.status == 404 && may_come)) return no_newer_frame();
   if (response.status != 200) return response;
   response.headers.emplace_back("ETag", frame_etag(id, job->revision, wish));
   response.headers.emplace_back("Cache-Control", "no-cache");

@@ -53,6 +53,7 @@ std::vector<Line> table(const ApiLimits& limits) {
 
       {"POST", "/v1/environments", &Api::post_environment, limits.max_upload_bytes},
       {"GET", "/v1/environments", &Api::list_environments},
+      {"GET", "/v1/environments/{id}", &Api::get_environment},
       {"DELETE", "/v1/environments/{id}", &Api::delete_environment},
 
       {"POST", "/v1/jobs", &Api::post_job, limits.max_message_bytes},

@@ -59,7 +59,10 @@ TEST_F(EnvironmentsTest, AreNamedByTheirContentAndKept) {
   restart();
   EXPECT_EQ(list(), json::array({added}));
   const std::string self = "/v1/environments/" + added["id"].get<std::string>();
+  EXPECT_EQ(json::parse(get(port_, self).body), added);
+  EXPECT_EQ(request(port_, "POST", "/v1/environments", file, "image/x-exr").headers.at("location"), self);
   EXPECT_EQ(request(port_, "DELETE", self).status, 204);
+  EXPECT_EQ(get(port_, self).status, 404);
   EXPECT_EQ(request(port_, "DELETE", self).status, 404);
   EXPECT_TRUE(list().empty());
 }
