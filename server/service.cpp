@@ -10,6 +10,7 @@
 #include "server/api/task_identity.h"
 #include "server/http/routes.h"
 #include "server/http/server.h"
+#include "server/http/socket.h"
 #include "server/jobs/jobs.h"
 #include "server/store/answers.h"
 #include "server/store/data_directory.h"
@@ -188,9 +189,7 @@ Service::~Service() { stop(); }
 
 int Service::port() const { return state_->http->port(); }
 
-std::string Service::url() const {
-  return "http://" + state_->options.host + ":" + std::to_string(port()) + "/";
-}
+std::string Service::url() const { return "http://" + host_and_port(state_->options.host, port()) + "/"; }
 
 void Service::stop() {
   // Jobs first: whoever looks on hears that they go back to the queue before the connections close.

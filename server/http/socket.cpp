@@ -30,10 +30,15 @@ bool wait_for(int fd, short events, SteadyTime deadline) {
 }
 
 Error cannot_listen(const std::string& host, int port, const std::string& reason) {
-  return {ErrorCode::io, "cannot listen on " + host + ":" + std::to_string(port) + ": " + reason, ""};
+  return {ErrorCode::io, "cannot listen on " + host_and_port(host, port) + ": " + reason, ""};
 }
 
 }  // namespace
+
+std::string host_and_port(const std::string& host, int port) {
+  const bool is_ipv6 = host.find(':') != std::string::npos;
+  return (is_ipv6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
+}
 
 Socket::~Socket() {
   if (fd_ >= 0) ::close(fd_);

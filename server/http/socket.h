@@ -32,6 +32,9 @@ class Pace {
   std::uint64_t bytes_ = 0;
 };
 
+/// `host:port` as URLs have it: an address of IPv6 in brackets.
+std::string host_and_port(const std::string& host, int port);
+
 /// A TCP socket that does not block, closed with the object.
 class Socket {
  public:

@@ -167,6 +167,19 @@ TEST_F(ServiceTest, AnOccupiedPortIsAClearError) {
   EXPECT_EQ(get(port_, "/healthz").status, 200);
 }
 
+TEST_F(ServiceTest, TheUrlOfAnAddressOfIPv6HasBrackets) {
+  ServiceOptions options;
+  options.host = "::1";
+  options.port = 0;
+  options.data_dir = data_->file("other");
+  const auto service = Service::start(options);
+  if (!service.ok()) {
+    EXPECT_EQ(service.error().message.find("cannot listen on [::1]:0: "), 0u) << service.error().message;
+    GTEST_SKIP() << "this machine has no IPv6";
+  }
+  EXPECT_EQ((*service)->url(), "http://[::1]:" + std::to_string((*service)->port()) + "/");
+}
+
 TEST_F(ServiceTest, BadOptionsAreRefused) {
   ServiceOptions options;
   const TemporaryFolder data;
