@@ -1,9 +1,12 @@
 #include "server/cli/cli.h"
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <cstring>
 #include <iostream>
 #include <map>
 #include <string>
@@ -262,7 +265,10 @@ CLI::App* add_key(CLI::App& app, KeyCommand& command) {
 
 /// Help and version requests succeed and go to stdout; everything else is a usage error.
 int print_parse_result(const CLI::App& app, const CLI::ParseError& error) {
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+    app.exit(error);
+    return finish_output();
+  }
   std::string command = "photond";
   for (const CLI::App* part = &app; !part->get_subcommands().empty();) {
     part = part->get_subcommands().front();
@@ -291,6 +297,19 @@ int print_failure(const std::string& subject, const Error& error) {
   if (!error.where.empty()) text += (text.back() == ' ' ? "" : ": ") + error.where;
   std::cerr << printable(text + ": " + error.message) + "\n";
   return kExitFailure;
+}
+
+Status flush_output() {
+  errno = 0;
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout) return Done{};
+  const std::string reason = errno != 0 ? std::string(": ") + std::strerror(errno) : "";
+  return Error{ErrorCode::io, "cannot be written" + reason, "standard output"};
+}
+
+int finish_output() {
+  const Status written = flush_output();
+  return written ? kExitOk : print_refusal(written);
 }
 
 int run_cli(int argc, char** argv) {

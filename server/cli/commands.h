@@ -97,4 +97,11 @@ int print_refusal(const Status& outputs);
 /// Prints `photond: <subject>: <where>: <message>` to stderr and returns kExitFailure.
 int print_failure(const std::string& subject, const Error& error);
 
+/// Sends what was printed to standard output on its way. Errors: io where not all of it could be written.
+Status flush_output();
+
+/// The end of a command whose result is what it has printed: tells where that could not be written, and returns the exit
+/// code.
+int finish_output();
+
 }  // namespace photond

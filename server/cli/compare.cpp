@@ -42,7 +42,7 @@ int run_compare(const CompareCommand& command) {
     std::cout << indented(comparison_json(*comparison));
   else
     print_comparison(*comparison);
-  return kExitOk;
+  return finish_output();
 }
 
 }  // namespace photond

@@ -98,7 +98,7 @@ int run_info(const InfoCommand& command) {
     std::cout << indented(info_json(command.scene, **prepared, summary));
   else
     print_info(std::cout, command.scene, **prepared, summary);
-  return kExitOk;
+  return finish_output();
 }
 
 }  // namespace photond

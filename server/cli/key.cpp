@@ -1,3 +1,4 @@
+#include <csignal>
 #include <ctime>
 #include <iomanip>
 #include <iostream>
@@ -24,13 +25,14 @@ int create(const KeyFile& file, const KeyCommand& command) {
   if (!scope) return print_usage_error("--scope expects read, submit or admin");
   const Result<NewKey> key = make_key(*scope, command.limits, command.label);
   if (!key) return print_usage_error(key.error().message);
-  if (const Status added = file.add(key->record); !added) {
-    print_failure("cannot store the key", added.error());
-    return kExitFailure;
-  }
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone is told by the write, before the key is stored
+  const Status added = file.add(key->record, [&key] {
+    std::cout << key->secret << '\n';
+    return flush_output();
+  });
+  if (!added) return print_failure("the key is not stored", added.error());
   std::cerr << "photond: key " << key->record.id << " may " << scope_name(*scope)
             << "; it is shown this once, only its SHA-256 is kept\n";
-  std::cout << key->secret << std::endl;
   return kExitOk;
 }
 
@@ -40,10 +42,7 @@ int list(const KeyFile& file) {
     return print_failure("cannot read the keys", {ErrorCode::not_found, "there is no folder " + folder.string(), {}});
   }
   const Result<std::vector<KeyRecord>> keys = file.read();
-  if (!keys) {
-    print_failure("cannot read the keys", keys.error());
-    return kExitFailure;
-  }
+  if (!keys) return print_failure("cannot read the keys", keys.error());
   for (const KeyRecord& key : *keys) {
     std::cout << key.id << "  " << std::left << std::setw(6) << scope_name(key.scope) << "  " << date_of(key.created);
     if (key.limits.jobs) std::cout << "  jobs " << *key.limits.jobs;
@@ -51,14 +50,11 @@ int list(const KeyFile& file) {
     if (key.limits.streams) std::cout << "  streams " << *key.limits.streams;
     std::cout << (key.label.empty() ? "" : "  ") << key.label << '\n';
   }
-  return kExitOk;
+  return finish_output();
 }
 
 int revoke(const KeyFile& file, const std::string& id) {
-  if (const Status revoked = file.revoke(id); !revoked) {
-    print_failure("cannot revoke", revoked.error());
-    return kExitFailure;
-  }
+  if (const Status revoked = file.revoke(id); !revoked) return print_failure("cannot revoke", revoked.error());
   return kExitOk;
 }
 

@@ -128,10 +128,10 @@ Status KeyFile::change(const Change& change) const {
   return write(*keys);
 }
 
-Status KeyFile::add(const KeyRecord& key) const {
-  return change([&key](std::vector<KeyRecord>& keys) -> Status {
+Status KeyFile::add(const KeyRecord& key, const std::function<Status()>& hand_over) const {
+  return change([&](std::vector<KeyRecord>& keys) {
     keys.push_back(key);
-    return Done{};
+    return hand_over();
   });
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -67,8 +68,9 @@ class KeyFile {
   bool exists() const { return std::filesystem::exists(path_); }
   /// None where there is no file. Errors: io, also where the file is not one of keys.
   Result<std::vector<KeyRecord>> read() const;
-  /// Each change replaces the file whole; several programs may do it at once.
-  Status add(const KeyRecord& key) const;
+  /// Each change replaces the file whole; several programs may do it at once. A key is added once its secret is where
+  /// it is kept: where `hand_over` fails, nothing is changed.
+  Status add(const KeyRecord& key, const std::function<Status()>& hand_over = [] { return Done{}; }) const;
   /// Errors: not_found.
   Status revoke(const std::string& id) const;
 

@@ -34,6 +34,12 @@ pid_t spawn_photond(const std::vector<std::string>& arguments, const std::string
   return pid;
 }
 
+int wait_for_exit(pid_t pid) {
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
 Outcome run_photond(const std::vector<std::string>& arguments, double interrupt) {
   const TemporaryFolder folder;
   const pid_t pid = spawn_photond(arguments, folder.file("out"), folder.file("err"));
@@ -41,9 +47,7 @@ Outcome run_photond(const std::vector<std::string>& arguments, double interrupt)
     std::this_thread::sleep_for(std::chrono::duration<double>(interrupt));
     kill(pid, SIGINT);
   }
-  int status = 0;
-  waitpid(pid, &status, 0);
-  return {.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+  return {.code = wait_for_exit(pid),
           .out = read_text(folder.path() / "out"),
           .err = read_text(folder.path() / "err")};
 }

@@ -20,6 +20,9 @@ struct Outcome {
 /// Starts the built program with its output in these files; the caller waits for it.
 pid_t spawn_photond(const std::vector<std::string>& arguments, const std::string& out, const std::string& err);
 
+/// Waits for the end of a process; returns its exit code, or 128 + the signal that killed it.
+int wait_for_exit(pid_t pid);
+
 /// Runs the built program with its output in files (so: no terminal) and waits for its end. With `interrupt`,
 /// SIGINT is sent that many seconds after the start.
 Outcome run_photond(const std::vector<std::string>& arguments, double interrupt = 0);
