@@ -1,5 +1,8 @@
 #include "server/cli/cli.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <charconv>
@@ -263,6 +266,14 @@ CLI::App* add_key(CLI::App& app, KeyCommand& command) {
   return key;
 }
 
+/// Takes the places of standard streams that were closed, so that no file gets them, and what is printed with them. What
+/// is printed to such a stream fails.
+void fill_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) == -1) [[maybe_unused]] const int opened = ::open("/dev/null", O_RDONLY);
+  }
+}
+
 /// Help and version requests succeed and go to stdout; everything else is a usage error.
 int print_parse_result(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
@@ -313,6 +324,7 @@ int finish_output() {
 }
 
 int run_cli(int argc, char** argv) {
+  fill_standard_streams();
   CLI::App app("photond renders glTF scenes with global illumination by photon mapping.", "photond");
   app.set_version_flag("--version", "photond " PHOTOND_VERSION);
   app.require_subcommand(0, 1);  // not 1: a misspelt one would be told as a missing one

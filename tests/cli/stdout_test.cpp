@@ -1,6 +1,8 @@
 // What is printed gets out, or the exit code says that it did not.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "core/film/encode.h"
 #include "server/cli/files.h"
 #include "tests/cli/program.h"
@@ -35,6 +37,14 @@ TEST_F(StandardOutputTest, AKeyThatCannotBePrintedIsNotStored) {
   EXPECT_EQ(run_on_full_disk({"key", "create", "--scope", "read", "--data", data}), 1);
   EXPECT_EQ(read_text(err_), "photond: the key is not stored: standard output: cannot be written: No space left on device\n");
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "data" / "keys")) << "from which on a service would ask for keys";
+}
+
+TEST_F(StandardOutputTest, NoFileTakesThePlaceOfAClosedStream) {
+  const std::string data = folder_.file("data");
+  const std::string line = "'" PHOTOND_PROGRAM "' key create --scope read --data '" + data + "' >&- 2>'" + err_ + "'";
+  EXPECT_NE(std::system(line.c_str()), 0);
+  EXPECT_NE(read_text(err_).find("standard output: cannot be written"), std::string::npos) << read_text(err_);
+  EXPECT_EQ(read_text(folder_.path() / "data" / "keys.lock"), "") << "the key was written into it";
 }
 
 }  // namespace
