@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -325,6 +326,8 @@ int finish_output() {
 
 int run_cli(int argc, char** argv) {
   fill_standard_streams();
+  // A reader that has gone, or a limit to the size of files, is an error of one write, not of the program.
+  for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
   CLI::App app("photond renders glTF scenes with global illumination by photon mapping.", "photond");
   app.set_version_flag("--version", "photond " PHOTOND_VERSION);
   app.require_subcommand(0, 1);  // not 1: a misspelt one would be told as a missing one

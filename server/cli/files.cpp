@@ -1,46 +1,125 @@
 #include "server/cli/files.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <mutex>
 #include <string>
+
+#include "server/store/file.h"
 
 namespace photond {
 namespace {
 
 Error io_error(const std::string& what) { return {ErrorCode::io, what + ": " + std::strerror(errno), {}}; }
 
-/// Where a file is written before it has its name.
-std::filesystem::path part_of(const std::filesystem::path& path) {
-  auto part = path;
-  part += ".part" + std::to_string(getpid());
-  return part;
+std::mutex unfinished_mutex;
+std::filesystem::path unfinished;  ///< the part that is being written, or empty
+
+/// A file that gets its name when it is whole. Until then it stands beside it under a name of its own; what is not
+/// finished goes with the object, or by drop_unfinished_file.
+class Part {
+ public:
+  explicit Part(const std::filesystem::path& path) : path_(path), part_(path) {
+    part_ += ".part" + std::to_string(getpid());
+    const std::lock_guard lock(unfinished_mutex);
+    file_ = File(::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+    if (file_.is_open()) unfinished = part_;
+  }
+  ~Part() {
+    const std::lock_guard lock(unfinished_mutex);
+    if (!unfinished.empty()) ::unlink(unfinished.c_str());
+    unfinished.clear();
+  }
+  Part(const Part&) = delete;
+  Part& operator=(const Part&) = delete;
+
+  /// Else errno tells why.
+  bool is_open() const { return file_.is_open(); }
+  Status write(std::span<const std::byte> bytes) { return file_.write(bytes); }
+  Status finish() {
+    if (const Status closed = file_.close(); !closed) return closed;
+    const std::lock_guard lock(unfinished_mutex);
+    if (::rename(part_.c_str(), path_.c_str()) != 0) return io_error("cannot be written");
+    unfinished.clear();
+    return Done{};
+  }
+
+ private:
+  const std::filesystem::path path_;
+  std::filesystem::path part_;
+  File file_;
+};
+
+/// The file that a path leads to; it need not exist.
+std::filesystem::path behind_links(std::filesystem::path path) {
+  std::error_code failure;
+  for (int links = 0; links < 40 && std::filesystem::is_symlink(path, failure); ++links) {
+    path = path.parent_path() / std::filesystem::read_symlink(path, failure);
+  }
+  return path;
+}
+
+/// The standard stream that is the very file of this name, as /dev/stdout may be; -1: none. Opened by its name it would
+/// be written from its beginning, whatever stands there.
+int standard_stream(const std::filesystem::path& path) {
+  struct stat named {}, own {};
+  if (::stat(path.c_str(), &named) != 0 || !(S_ISREG(named.st_mode) || S_ISSOCK(named.st_mode))) return -1;
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fstat(stream, &own) == 0 && own.st_dev == named.st_dev && own.st_ino == named.st_ino) return stream;
+  }
+  return -1;
+}
+
+/// Whether it is written into and stays what it is.
+bool is_device_or_pipe(const std::filesystem::path& path) {
+  std::error_code failure;
+  const auto status = std::filesystem::status(path, failure);
+  return std::filesystem::is_character_file(status) || std::filesystem::is_block_file(status) ||
+         std::filesystem::is_fifo(status);
 }
 
 Status check_writable(const std::filesystem::path& path) {
+  if (standard_stream(path) >= 0) return Done{};
+  if (is_device_or_pipe(path)) return ::access(path.c_str(), W_OK) == 0 ? Status(Done{}) : io_error("cannot be written");
   std::error_code failure;
-  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  const auto status = std::filesystem::status(path, failure);
+  if (std::filesystem::is_directory(status)) return Error{ErrorCode::io, "cannot be written: it is a folder", {}};
+  if (std::filesystem::is_socket(status)) return Error{ErrorCode::io, "cannot be written: it is a socket", {}};
+  if (failure && status.type() != std::filesystem::file_type::not_found) {
+    return Error{ErrorCode::io, "cannot be written: " + failure.message(), {}};
+  }
+  const auto file = behind_links(path);
+  const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
   if (!std::filesystem::is_directory(folder, failure)) {
     return Error{ErrorCode::io, "cannot be written: its folder does not exist", {}};
   }
-  if (std::filesystem::is_directory(path, failure)) {
-    return Error{ErrorCode::io, "cannot be written: it is a folder", {}};
-  }
   // Permissions alone do not tell: nobody may write to /proc or to a read-only disk.
-  const auto part = part_of(path);
-  if (!std::ofstream(part, std::ios::binary)) return io_error("cannot be written");
-  std::filesystem::remove(part, failure);
-  return Done{};
+  return Part(file).is_open() ? Status(Done{}) : io_error("cannot be written");
+}
+
+Status put_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  if (const int stream = standard_stream(path); stream >= 0) return File(::dup(stream)).write(bytes);
+  if (is_device_or_pipe(path)) {
+    File file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+    return file.is_open() ? file.write(bytes) : io_error("cannot be written");
+  }
+  Part part(behind_links(path));
+  if (!part.is_open()) return io_error("cannot be written");
+  if (const Status written = part.write(bytes); !written) return written;
+  return part.finish();
 }
 
 /// Whether both names lead to one file, which need not exist yet.
 bool is_same_file(const std::string& a, const std::string& b) {
   std::error_code failure;
   const auto whole = [&failure](const std::string& path) {
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, failure), failure);
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(behind_links(path), failure), failure);
   };
   return whole(a) == whole(b);
 }
@@ -70,22 +149,13 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std:
 }
 
 Status write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  const auto part = part_of(path);
-  std::ofstream file(part, std::ios::binary | std::ios::trunc);
-  if (!file) return io_error("cannot be written");
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  std::error_code failure;
-  if (!file) {
-    const Error error = io_error("cannot be written");
-    std::filesystem::remove(part, failure);
-    return error;
-  }
-  std::filesystem::rename(part, path, failure);
-  if (!failure) return Done{};
-  const Error error{ErrorCode::io, "cannot be written: " + failure.message(), {}};
-  std::filesystem::remove(part, failure);
-  return error;
+  const Status put = put_file(path, bytes);
+  return put ? put : Error{ErrorCode::io, put.error().message, {}};  // who tells it names the file
+}
+
+void drop_unfinished_file() {
+  unfinished_mutex.lock();  // for good: nothing is begun any more
+  if (!unfinished.empty()) ::unlink(unfinished.c_str());
 }
 
 Status check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {

@@ -5,6 +5,8 @@
 
 #include <csignal>
 
+#include "server/cli/files.h"
+
 namespace photond {
 namespace {
 
@@ -13,12 +15,15 @@ sigset_t watched_signals() {
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
+  struct sigaction hangup {};
+  ::sigaction(SIGHUP, nullptr, &hangup);
+  if (hangup.sa_handler != SIG_IGN) sigaddset(&set, SIGHUP);
   return set;
 }
 
 }  // namespace
 
-Interrupt::Interrupt() {
+Interrupt::Interrupt(Ends ends) : ends_(ends) {
   const sigset_t set = watched_signals();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   thread_ = std::thread([this] { watch(); });
@@ -36,7 +41,10 @@ void Interrupt::watch() {
   const sigset_t set = watched_signals();
   int signal = 0;
   while (sigwait(&set, &signal) == 0 && !done_) {
-    if (signal_ != 0) _exit(128 + signal);
+    if (signal_ != 0 || ends_ == Ends::at_first) {
+      drop_unfinished_file();
+      _exit(128 + signal);
+    }
     signal_ = signal;
     signal_.notify_all();
     source_.request_stop();

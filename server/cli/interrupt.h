@@ -6,11 +6,15 @@
 
 namespace photond {
 
-/// Turns SIGINT and SIGTERM into a stop request. Construct it before any other thread, since threads inherit
-/// the blocked signals. A second signal ends the process at once.
+/// Turns SIGINT, SIGTERM and SIGHUP into a stop request; SIGHUP not where it is ignored, as nohup does. Construct it
+/// before any other thread, since threads inherit the blocked signals. A further signal ends the process at once, with
+/// 128 + the signal and without half a file (files.h).
 class Interrupt {
  public:
-  Interrupt();
+  /// Which signal ends the process at once.
+  enum class Ends { at_second, at_first };
+
+  explicit Interrupt(Ends ends = Ends::at_second);
   ~Interrupt();
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
@@ -24,6 +28,7 @@ class Interrupt {
  private:
   void watch();
 
+  const Ends ends_;
   std::stop_source source_;
   std::atomic<int> signal_ = 0;
   std::atomic<bool> done_ = false;

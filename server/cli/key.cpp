@@ -1,4 +1,3 @@
-#include <csignal>
 #include <ctime>
 #include <iomanip>
 #include <iostream>
@@ -25,7 +24,6 @@ int create(const KeyFile& file, const KeyCommand& command) {
   if (!scope) return print_usage_error("--scope expects read, submit or admin");
   const Result<NewKey> key = make_key(*scope, command.limits, command.label);
   if (!key) return print_usage_error(key.error().message);
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone is told by the write, before the key is stored
   const Status added = file.add(key->record, [&key] {
     std::cout << key->secret << '\n';
     return flush_output();

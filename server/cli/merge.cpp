@@ -6,6 +6,7 @@
 #include "server/cli/cli.h"
 #include "server/cli/commands.h"
 #include "server/cli/files.h"
+#include "server/cli/interrupt.h"
 #include "server/cli/picture.h"
 #include "server/cli/progress.h"
 #include "server/cli/report_json.h"
@@ -123,6 +124,7 @@ Json merge_json(const MergeCommand& command, const Input& joined) {
 }  // namespace
 
 int run_merge(const MergeCommand& command) {
+  const Interrupt interrupt(Interrupt::Ends::at_first);
   if (const int code = check_pictures(command.outputs, command.report, command.inputs); code != kExitOk) return code;
   const auto merged = merge_inputs(command.inputs);
   if (!merged) return print_failure("cannot merge", merged.error());

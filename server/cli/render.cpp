@@ -69,16 +69,16 @@ void print_summary(const RenderCommand& command, const RenderTask& task, const R
 
 int run_render(const RenderCommand& command) {
   if (const int code = check_settings(command.task, stop_of(command)); code != kExitOk) return code;
-  const int refused = check_pictures(command.outputs, command.report,
-                                     {command.task.scene, command.task.environment.file, command.reference});
-  if (refused != kExitOk) return refused;
-  const auto reference = read_reference(command);
-  if (!reference) return print_failure(command.reference, reference.error());
   const Interrupt interrupt;
   const auto interrupted = [&] {
     std::cerr << "photond: interrupted before the first pass was done: nothing is written\n";
     return 128 + interrupt.signal();
   };
+  const int refused = check_pictures(command.outputs, command.report,
+                                     {command.task.scene, command.task.environment.file, command.reference});
+  if (refused != kExitOk) return refused;
+  const auto reference = read_reference(command);
+  if (!reference) return print_failure(command.reference, reference.error());
   const Workers workers(command.task.threads);
   lower_priority();
   const Execution execution = workers.execution(interrupt.token());

@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <csignal>
 #include <iostream>
 #include <mutex>
 #include <thread>
@@ -44,7 +43,6 @@ int run_serve(const ServiceOptions& options, LogLevel log_level) {
   raise_descriptor_limit();
   Interrupt interrupt;  // before any thread, which would take its signals
   begin_log(log_level, stderr);
-  std::signal(SIGPIPE, SIG_IGN);  // a client that hangs up is an error of one write, not of the program
   auto service = Service::start(options);
   if (!service) {
     print_failure("cannot serve", service.error());

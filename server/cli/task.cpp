@@ -17,9 +17,9 @@ int run_task(const TaskCommand& command) {
   StopRule stop;
   stop.passes = passes.last - passes.first;
   if (const int code = check_settings(command.task, stop); code != kExitOk) return code;
+  const Interrupt interrupt;
   const Status fine = check_outputs({command.output}, {command.task.scene, command.task.environment.file});
   if (const int code = print_refusal(fine); code != kExitOk) return code;
-  const Interrupt interrupt;
   const Workers workers(command.task.threads);
   lower_priority();
   const Execution execution = workers.execution(interrupt.token());

@@ -60,6 +60,11 @@ Status File::read_at(std::span<std::byte> bytes, std::uint64_t offset) const {
   return Done{};
 }
 
+Status File::close() {
+  if (::close(std::exchange(descriptor_, -1)) != 0) return system_error("cannot write", errno);
+  return Done{};
+}
+
 Status File::sync() {
   if (::fsync(descriptor_) != 0) return system_error("cannot write to the disk", errno);
   return Done{};

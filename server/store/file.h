@@ -38,6 +38,8 @@ class File {
   Status write(std::span<const std::byte> bytes);
   /// Returns once what was written is on the disk.
   Status sync();
+  /// Errors: what the disk, or the machine that has it, could not take of what was written.
+  Status close();
   /// Fills `bytes` with what stands from `offset` on; several threads may at once. Errors: io, also where it ends.
   Status read_at(std::span<std::byte> bytes, std::uint64_t offset) const;
 
