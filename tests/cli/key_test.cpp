@@ -39,5 +39,17 @@ TEST(KeyCommand, UsesTheFolderThatServeUses) {
   EXPECT_EQ(served.code, 1);
 }
 
+TEST(KeyCommand, OnlyCreateMakesTheFolderAndSaysSo) {
+  const TemporaryFolder folder;
+  const std::string data = folder.file("data");
+  const Outcome revoked = run_photond({"key", "revoke", "k-00000000", "--data", data});
+  EXPECT_EQ(revoked.code, 1);
+  EXPECT_EQ(revoked.err, "photond: cannot revoke: there is no folder " + data + "\n");
+  EXPECT_FALSE(std::filesystem::exists(data));
+  const std::string note = "photond: the folder " + data + " was not there and is made\n";
+  EXPECT_EQ(run_photond({"key", "create", "--scope", "read", "--data", data}).err.find(note), 0u);
+  EXPECT_EQ(run_photond({"key", "create", "--scope", "read", "--data", data}).err.find(note), std::string::npos);
+}
+
 }  // namespace
 }  // namespace photond::test
