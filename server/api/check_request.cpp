@@ -27,6 +27,15 @@ std::string lower(std::string text) {
   return text;
 }
 
+bool is_utf8(const std::string& text) {
+  try {
+    (void)Json(text).dump();
+    return true;
+  } catch (const Json::type_error&) {
+    return false;
+  }
+}
+
 class ParameterCheck {
  public:
   ParameterCheck(const Operation& operation, const Request& request) : operation_(operation), request_(request) {}
@@ -69,6 +78,9 @@ class ParameterCheck {
   void query(const Parameter& parameter) {
     const auto [begin, end] = request_.query.equal_range(parameter.name);
     const std::string place = "?" + parameter.name;
+    if (!std::all_of(begin, end, [](const auto& entry) { return is_utf8(entry.second); })) {
+      return found.push_back({place, place + " must be UTF-8"});
+    }
     if (admitted_types(*parameter.schema) == kArray) {
       Json list = Json::array();
       for (auto entry = begin; entry != end; ++entry) list.push_back(entry->second);

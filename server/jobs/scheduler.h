@@ -29,10 +29,11 @@ class Slices {
 };
 
 /// Gives the render thread to the waiting work slice by slice: interactive before batch, round robin inside a
-/// class, so that jobs share the machine by passes. At most `kMaxActive` of a class take turns, in the order
-/// they came, and of both classes together no more than there is memory for; the rest wait. Who has none among them need
-/// not wait for the others' turns, only for memory: his first is let in beside them. What nobody can see anything of yet has the turns of its owner's other work:
-/// a first picture soon is worth more than a better one a little sooner. Knows nothing of rendering.
+/// class, so that jobs share the machine by passes. At most `kMaxActive` of a class take turns, in the order they
+/// came, and of both classes together no more than there is memory for; the rest wait. Who has none among them need not
+/// wait for the others' turns, only for memory: his first is let in beside them. What nobody can see anything of yet
+/// has the turns of its owner's other work: a first picture soon is worth more than a better one a little sooner. Knows
+/// nothing of rendering.
 class Scheduler {
  public:
   static constexpr std::size_t kMaxActive = 8;

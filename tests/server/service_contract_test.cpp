@@ -63,6 +63,12 @@ TEST_F(ServiceTest, AllMistakesOfAJobAreListed) {
   EXPECT_EQ(get(port_, "/v1/jobs?limt=3").status, 400) << "a typing error is not ignored";
 }
 
+TEST_F(ServiceTest, NamesAreUtf8) {
+  const Reply refused = request(port_, "POST", "/v1/scenes?name=a%ff", "x", "model/gltf-binary");
+  EXPECT_EQ(refused.status, 400);
+  EXPECT_NE(refused.body.find("?name must be UTF-8"), std::string::npos) << refused.body;
+}
+
 TEST_F(ServiceTest, TheRadiusSuitsTheScene) {
   const std::string scene = upload();
   for (const char* method : {"auto", "progressive"}) {

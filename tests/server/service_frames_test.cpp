@@ -79,6 +79,19 @@ TEST_F(FramesTest, ARunningJobsPicturesComeWithTheirErrorOnceSomebodyAsks) {
   EXPECT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/cancel").status, 202);
 }
 
+TEST_F(FramesTest, APausedJobWhoseErrorNobodyHasAskedForHasNone) {
+  const std::string id = submit(upload(), R"("method":"path","stop":{"passes":1000000})");
+  const std::string frames = "/v1/jobs/" + id + "/frames/latest";
+  ASSERT_EQ(get(port_, frames + ".jpg?wait=20").status, 200);
+  ASSERT_EQ(request(port_, "POST", "/v1/jobs/" + id + "/pause").status, 202);
+  while (json::parse(get(port_, "/v1/jobs/" + id).body)["state"] != "paused") {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  const Reply error = get(port_, frames + ".png?layer=error.bound");
+  EXPECT_EQ(error.status, 404) << error.body;
+  EXPECT_NE(error.body.find("detail"), std::string::npos) << error.body;
+}
+
 class CanceledPictureTest : public FramesTest {
  protected:
   std::string start_job() {
