@@ -107,6 +107,17 @@ PlanItem domain_item(const DomainFinding& domain, bool uses_maps) {
                            : text};
 }
 
+PlanItem pattern_item(const Lights& lights) {
+  const std::size_t all = lights.emitters().size();
+  std::size_t uneven = 0;
+  for (std::uint32_t i = 0; i < all; ++i) uneven += lights.shines_evenly(i) ? 0 : 1;
+  return {"emission_pattern", uneven > 0,
+          all == 0      ? "no surface emits light"
+          : uneven == 0 ? "triangles that emit light do so evenly"
+                        : std::to_string(uneven) + " of " + std::to_string(all) +
+                              " triangles that emit light do so unevenly: places on them are drawn where they are bright"};
+}
+
 PlanItem paths_item(double share, bool uses_maps) {
   const std::string text = "since paths are directed, " + percent(share) + " as many are traced in a pass";
   return {"fewer_paths", share < 1 && uses_maps,
@@ -185,6 +196,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
   if (plan.method == Method::hybrid) plan.items.push_back(shares_item(caustics, scene.lights.extended()));
   plan.items.push_back(gloss_item(scene, plan));
   plan.items.push_back(domain_item(scene.domain, plan.uses_maps));
+  plan.items.push_back(pattern_item(scene.lights));
   plan.items.push_back(aim_item(scene.aim, plan.uses_maps));
   plan.items.push_back(paths_item(scene.directed_share, plan.uses_maps));
   plan.items.push_back({"volume_absorption", features.absorption,

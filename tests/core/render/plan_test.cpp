@@ -75,6 +75,28 @@ TEST(Plan, TellsThatDirectedPathsAreFewer) {
   EXPECT_FALSE(of(Method::path, "fewer_paths").active);
 }
 
+TEST(Plan, TellsOfLampsWithPictures) {
+  const auto item_of = [](std::vector<std::uint8_t> texels) {
+    Scene scene = test::empty_scene();
+    scene.images.push_back({.width = 2, .height = 1, .u8 = std::move(texels)});
+    scene.textures.push_back({.nearest = true});
+    Material picture = test::emitter(Rgb(1));
+    picture.emission_texture.texture = 0;
+    test::add_mesh(scene, test::parallelogram({0, 5, 0}, {1, 0, 0}, {0, 0, 1}), test::add_material(scene, picture));
+    const auto plan = make_plan(*test::prepared(std::move(scene)), {.method = Method::path}, Execution{});
+    for (const PlanItem& item : plan->items) {
+      if (item.feature == "emission_pattern") return item;
+    }
+    return PlanItem{};
+  };
+  const PlanItem even = item_of({255, 255, 255, 255, 255, 255, 255, 255});
+  EXPECT_FALSE(even.active);
+  EXPECT_THAT(even.reason, HasSubstr("evenly"));
+  const PlanItem uneven = item_of({255, 255, 255, 255, 0, 0, 0, 255});
+  EXPECT_TRUE(uneven.active);
+  EXPECT_THAT(uneven.reason, HasSubstr("2 of 2 triangles"));
+}
+
 // Light of points that a smooth coat reflects, paths never find.
 TEST(Plan, PhotonsCarryWhatCoatsMirrorOfPoints) {
   const auto of_coat = [](float roughness, bool point) {
