@@ -13,7 +13,7 @@ namespace photond {
 namespace {
 
 constexpr std::uint32_t kLeastSide = 4, kMostSide = 128;   // of a triangle's cells
-constexpr std::size_t kMostCells = std::size_t{1} << 18;   // of all triangles; more of the least side are only looked at
+constexpr std::size_t kMostCells = std::size_t{1} << 18;   // of all triangles; if the least are more, none is kept
 constexpr std::uint32_t kLeastLooks = 2, kMostLooks = 4;   // along each side of a cell
 
 // How many texels of what is in the slot the triangle shows.
@@ -35,8 +35,10 @@ double texels(const Scene& scene, const Mesh& mesh, const Material& material, st
 }
 
 // How many cells it takes along each side to have one for a texel: a triangle is half of a square.
+// Coordinates that are no numbers read as 0, which is one texel; here they count as many.
 std::uint32_t fine_side(double texels) {
-  return static_cast<std::uint32_t>(std::ceil(std::sqrt(2 * std::min(texels, 1e9))));
+  constexpr double kMostTexels = 1e9;
+  return static_cast<std::uint32_t>(std::ceil(std::sqrt(2 * (texels < kMostTexels ? texels : kMostTexels))));
 }
 
 std::uint32_t side_of(std::uint32_t fine, std::uint32_t most) {
@@ -56,12 +58,13 @@ std::vector<float> Lights::look_at_cells(const Scene& scene, std::uint32_t light
                                          std::uint32_t per_cell) const {
   std::vector<float> cells(std::size_t{side} * side);
   const std::uint32_t looks = side * per_cell;
-  const float weight = 1.0f / static_cast<float>(per_cell * per_cell);
+  const double weight = 1.0 / (per_cell * per_cell * 3);
   for (std::uint32_t y = 0; y < looks; ++y) {
     for (std::uint32_t x = 0; x < looks; ++x) {
       const Vec2 u = (Vec2(x, y) + 0.5f) / static_cast<float>(looks);
       const Rgb radiance = emitted(scene, light, square_to_triangle(u), true);
-      cells[std::size_t{y / per_cell} * side + x / per_cell] += weight * (radiance.x + radiance.y + radiance.z) / 3;
+      const double sum = static_cast<double>(radiance.x) + radiance.y + radiance.z;
+      cells[std::size_t{y / per_cell} * side + x / per_cell] += static_cast<float>(weight * sum);
     }
   }
   return cells;
@@ -83,8 +86,8 @@ void Lights::measure_uneven(const Scene& scene) {
   if (kept) pattern_of_.assign(emitters_.size(), 0);
   for (std::size_t i = 0; i < uneven.size(); ++i) {
     const std::uint32_t light = uneven[i], side = side_of(fine[i], most);
-    const std::vector<float> cells =
-        look_at_cells(scene, light, side, std::clamp((2 * fine[i] + side - 1) / side, kLeastLooks, kMostLooks));
+    const std::uint32_t looks = std::clamp((2 * fine[i] + side - 1) / side, kLeastLooks, kMostLooks);
+    const std::vector<float> cells = look_at_cells(scene, light, side, kept ? looks : 1);
     const double mean = std::accumulate(cells.begin(), cells.end(), 0.0) / static_cast<double>(cells.size());
     powers_[light] = mean * power_per_radiance(scene, light);
     total_power_ += powers_[light];

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -124,7 +126,8 @@ TEST_P(Pictures, TellTheDensityThatSamplesHave) {
     if (!hit.found()) continue;   // by an edge
     ++seen;
     const SurfacePoint met = make_surface(prepared_->scene, {point, s.wi}, hit);
-    differ += std::abs(lights_.pdf_direct(prepared_->scene, met, s.wi, hit.t) / s.pdf_w - 1) > 1e-4f;
+    constexpr float kRounding = 1e-4f;   // of the distance and of cosines near the plane
+    differ += std::abs(lights_.pdf_direct(prepared_->scene, met, s.wi, hit.t) / s.pdf_w - 1) > kRounding;
   }
   EXPECT_GT(seen, 950);
   EXPECT_LE(differ, 5);   // by the border of a cell or of a triangle the next one is met
@@ -173,6 +176,19 @@ TEST_P(Pictures, TellTheEtendueThatPathsHave) {
   }
   EXPECT_GT(seen, 900);
   EXPECT_LE(differ, 5);   // by the border of a cell or of a triangle the next one is met
+}
+
+// Of what no number tells where it is on the texture, and of a radiance at the end of what a float holds.
+TEST(PicturesAtTheLimits, HaveAPower) {
+  Scene scene = pictures(false);
+  scene.materials[0].emission = Rgb(3e38f);
+  EXPECT_TRUE(std::isfinite(test::prepared(scene)->lights.total_power()));
+  for (const float u : {std::numeric_limits<float>::quiet_NaN(), kInfinity}) {
+    for (Vec2& uv : scene.meshes[0].uv[0]) uv = {u, -u};
+    const auto prepared = test::prepared(scene);
+    EXPECT_EQ(prepared->lights.total_power(), 0) << "they read as the first texel, which is black";
+    EXPECT_TRUE(prepared->lights.shines_evenly(0));
+  }
 }
 
 }  // namespace
