@@ -1,24 +1,9 @@
-import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
-import type { BrowserContext } from 'playwright-core';
-import { afterAll, beforeAll, expect, it } from 'vitest';
-import { launch } from './support/page';
-import { kPictures, start_photond, type Photond } from './support/photond';
+import { expect, it } from 'vitest';
+import { kPictures } from './support/photond';
+import { context, photond, use_service } from './support/session';
 
-let photond: Photond;
-let context: BrowserContext;
-let close_browser: () => Promise<void>;
-
-beforeAll(async () => {
-  mkdirSync(kPictures, { recursive: true });
-  photond = await start_photond();
-  ({ context, close: close_browser } = await launch());
-});
-
-afterAll(async () => {
-  await close_browser?.();
-  await photond?.stop();
-});
+use_service();
 
 for (const width of [1280, 390]) {
   it(`shows every operation and schema of the contract, ${width} pixels wide`, async () => {

@@ -1,39 +1,12 @@
-import { mkdirSync, readFileSync } from 'node:fs';
+import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import type { BrowserContext, Page } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, it } from 'vitest';
+import { describe, expect, it } from 'vitest';
 import { a_sample, with_generator } from './support/glb';
-import { drop, launch, open_page, shown, shown_where, start_job, wait_for_state } from './support/page';
-import { jobs_of, kPictures, start_photond, type Photond } from './support/photond';
+import { drop, shown, shown_where, start_job, wait_for_state } from './support/page';
+import { jobs_of, kPictures, start_photond } from './support/photond';
+import { expect_errors, page, photond, use_page } from './support/session';
 
-let photond: Photond;
-let context: BrowserContext;
-let close_browser: () => Promise<void>;
-let page: Page;
-let errors: string[];
-/** Errors that a test provokes: browsers log every answer that is not 2xx. */
-let expected_errors: RegExp[];
-
-beforeAll(async () => {
-  mkdirSync(kPictures, { recursive: true });
-  photond = await start_photond();
-  ({ context, close: close_browser } = await launch());
-});
-
-afterAll(async () => {
-  await close_browser?.();
-  await photond?.stop();
-});
-
-beforeEach(async () => {
-  expected_errors = [];
-  ({ page, errors } = await open_page(context, photond.url));
-});
-
-afterEach(async () => {
-  await page.close();
-  expect(errors.filter((error) => !expected_errors.some((expected) => expected.test(error)))).toEqual([]);
-});
+use_page();
 
 async function download(selector: string): Promise<{ name: string; bytes: Buffer }> {
   const [file] = await Promise.all([page.waitForEvent('download'), page.click(selector)]);
@@ -120,7 +93,7 @@ describe('a picture', () => {
   });
 
   it('is taken from elsewhere, beginning where a camera is', async () => {
-    expected_errors = [/status of 422/];
+    expect_errors(/status of 422/);
     await page.selectOption('#scene', { index: 0 });
     await page.selectOption('#camera', 'elsewhere');
     const axes = ['x', 'y', 'z'] as const;
@@ -143,7 +116,7 @@ describe('a picture', () => {
   });
 
   it('is said at the surroundings when they are not a map of light', async () => {
-    expected_errors = [/status of 422/];
+    expect_errors(/status of 422/);
     await drop(page, { name: 'letter.exr', bytes: Buffer.from('Dear Sir') });
     await page.locator('#environment-status[data-failed="true"]').waitFor();
     expect(await page.textContent('#environment-status')).toMatch(/^letter\.exr: .+\.$/);
@@ -184,7 +157,7 @@ describe('a picture', () => {
   });
 
   it('keeps the keyboard where it is when a button gives way to another', async () => {
-    expected_errors = [/status of 503/];
+    expect_errors(/status of 503/);
     const focused = () => page.evaluate(() => document.activeElement?.id);
     await start_job(page, { width: 32, height: 24, seconds: 60 });
     await wait_for_state(page, 'rendering');
@@ -267,7 +240,7 @@ describe('the list of jobs', () => {
 
 describe('what goes wrong', () => {
   it('is said at the field', async () => {
-    expected_errors = [/status of 422/];
+    expect_errors(/status of 422/);
     await page.fill('#width', '16384');
     await page.fill('#height', '16384');
     await page.click('#start');
@@ -286,20 +259,20 @@ describe('what goes wrong', () => {
   });
 
   it('is said of a file that is no scene', async () => {
-    expected_errors = [/status of 422/];
+    expect_errors(/status of 422/);
     await page.setInputFiles('#file', { name: 'letter.glb', mimeType: 'model/gltf-binary', buffer: Buffer.from('Dear Sir') });
     await page.locator('#upload-status[data-failed="true"]').waitFor();
     expect(await page.textContent('#upload-status')).toMatch(/^letter\.glb: .+\.$/);
   });
 
   it('is said of a job that is not there', async () => {
-    expected_errors = [/status of 404/];
+    expect_errors(/status of 404/);
     await page.goto(`${photond.url}#job=j-0`);
     await page.getByText('The server does not know this job').waitFor();
   });
 
   it('is said of a job that was deleted meanwhile', async () => {
-    expected_errors = [/status of 404/];
+    expect_errors(/status of 404/);
     const job = await start_job(page, { width: 32, height: 32, passes: 2 });
     await wait_for_state(page, 'succeeded');
     await fetch(`${photond.url}v1/jobs/${job}`, { method: 'DELETE' });
@@ -309,7 +282,7 @@ describe('what goes wrong', () => {
   });
 
   it('is said of a job that cannot go on', async () => {
-    expected_errors = [/status of 409/];
+    expect_errors(/status of 409/);
     await drop(page, { name: 'short.glb', bytes: with_generator(a_sample(), 'to be deleted') });
     await page.getByText('short.glb is ready.').waitFor();
     const job = await start_job(page, { width: 32, height: 32, passes: 2 });
@@ -321,7 +294,7 @@ describe('what goes wrong', () => {
   });
 
   it('is said of a server that is away, until it is back', async () => {
-    expected_errors = [/net::ERR_|status of 404/];  // which net error depends on what was under way when it went
+    expect_errors(/net::ERR_|status of 404/);  // which net error depends on what was under way when it went
     const own = await start_photond();
     await page.goto(own.url);
     await page.locator('#server[data-server="online"]').waitFor();

@@ -1,38 +1,10 @@
-import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
-import type { BrowserContext, Page } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, it } from 'vitest';
-import { launch, open_page, shown_where, start_job, wait_for_state } from './support/page';
-import { jobs_of, kPictures, start_photond, type Photond } from './support/photond';
+import { describe, expect, it } from 'vitest';
+import { shown_where, start_job, wait_for_state } from './support/page';
+import { jobs_of, kPictures } from './support/photond';
+import { expect_errors, page, photond, use_page } from './support/session';
 
-let photond: Photond;
-let context: BrowserContext;
-let close_browser: () => Promise<void>;
-let page: Page;
-let errors: string[];
-/** Errors that a test provokes: browsers log every answer that is not 2xx. */
-let expected_errors: RegExp[];
-
-beforeAll(async () => {
-  mkdirSync(kPictures, { recursive: true });
-  photond = await start_photond();
-  ({ context, close: close_browser } = await launch());
-});
-
-afterAll(async () => {
-  await close_browser?.();
-  await photond?.stop();
-});
-
-beforeEach(async () => {
-  expected_errors = [];
-  ({ page, errors } = await open_page(context, photond.url));
-});
-
-afterEach(async () => {
-  await page.close();
-  expect(errors.filter((error) => !expected_errors.some((expected) => expected.test(error)))).toEqual([]);
-});
+use_page();
 
 describe('steering', () => {
   /** Where a job's picture is taken from; the place of another one by its name. */
@@ -147,7 +119,7 @@ describe('steering', () => {
   });
 
   it('draws each place on the way, also where its job ends at once', async () => {
-    expected_errors = [/status of 409/]; // of what has ended before it was canceled
+    expect_errors(/status of 409/); // of what has ended before it was canceled
     const first = await start_job(page, { width: 48, height: 32, passes: 1 });
     await shown_where(page, ({ job }) => job === first);
     await page.evaluate(() => {
