@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/film/relative_floor.h"
+
 namespace photond {
 namespace {
 
-constexpr double kFloor = 0.01;          // of relMSE's denominator
 constexpr double kTrimmedShare = 0.001;  // of the pixels
 constexpr int kBlock = 8;
 constexpr double kBrightShare = 0.01;  // of the mean of the picture
@@ -24,9 +25,9 @@ Status check_comparable(const Image& a, const Image& reference) {
 }
 
 /// Mean over the channels of (a − r)²/(r² + floor).
-double relative_error(const Rgb& a, const Rgb& r) {
+double relative_error(const Rgb& a, const Rgb& r, double floor) {
   const glm::dvec3 difference = glm::dvec3(a) - glm::dvec3(r);
-  const glm::dvec3 ratio = difference * difference / (glm::dvec3(r) * glm::dvec3(r) + kFloor);
+  const glm::dvec3 ratio = difference * difference / (glm::dvec3(r) * glm::dvec3(r) + floor);
   return (ratio.x + ratio.y + ratio.z) / 3;
 }
 
@@ -76,19 +77,20 @@ double mean_without_worst(std::vector<double> errors) {
 Result<Comparison> compare_images(const Image& a, const Image& reference) {
   if (Status status = check_comparable(a, reference); !status) return status.error();
   Comparison out;
+  const glm::dvec3 mean_a = mean_color(a), mean_r = mean_color(reference);
+  const double floor = relative_floor((mean_r.x + mean_r.y + mean_r.z) / 3);
   std::vector<double> errors;
   errors.reserve(a.pixels.size());
   for (std::size_t i = 0; i < a.pixels.size(); ++i) {
     const glm::dvec3 difference = glm::dvec3(a.pixels[i]) - glm::dvec3(reference.pixels[i]);
     out.mse += glm::dot(difference, difference) / 3;
-    errors.push_back(relative_error(a.pixels[i], reference.pixels[i]));
+    errors.push_back(relative_error(a.pixels[i], reference.pixels[i], floor));
     out.rel_mse += errors.back();
   }
   const auto pixels = static_cast<double>(a.pixels.size());
   out.mse /= pixels;
   out.rel_mse /= pixels;
   out.rel_mse_trimmed = mean_without_worst(std::move(errors));
-  const glm::dvec3 mean_a = mean_color(a), mean_r = mean_color(reference);
   for (int c = 0; c < 3; ++c) out.mean_ratio[c] = mean_a[c] == mean_r[c] ? 1 : mean_a[c] / mean_r[c];
   const std::vector<double> deviations = block_deviations(a, reference);
   if (!deviations.empty()) {

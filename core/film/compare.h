@@ -10,7 +10,7 @@ namespace photond {
 /// Differences of a picture `a` from a reference `r`, means over pixels and channels.
 struct Comparison {
   double mse = 0;
-  double rel_mse = 0;               ///< mean of (a − r)²/(r² + 0.01)
+  double rel_mse = 0;               ///< mean of (a − r)²/(r² + relative_floor)
   double rel_mse_trimmed = 0;       ///< the same without the worst 0.1 % of pixels
   glm::dvec3 mean_ratio{1};         ///< mean(a)/mean(r) per channel; 1 where both are 0
   double max_block_deviation = 0;   ///< largest |ā − r̄|/r̄ of 8×8-block means (luminance), over bright blocks

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/film/reconstruct.h"
+#include "core/film/relative_floor.h"
 #include "core/film/rows.h"
 
 namespace photond {
@@ -98,6 +100,16 @@ class Surroundings {
     for_rows(film, execution, [&](std::size_t y) { mean(y, std::span(means_.data() + at(0, y), 3 * width_)); });
   }
 
+  /// Of the picture.
+  double mean() const {
+    double sum = 0;
+    for (std::size_t y = 0; y < height_; ++y) {
+      const double* const row = &means_[at(0, y)];
+      sum += std::accumulate(row, row + 3 * width_, 0.0);
+    }
+    return sum / static_cast<double>(3 * width_ * height_);
+  }
+
   /// Of row y.
   std::vector<double> row(std::size_t y) const {
     std::vector<double> columns(stride_), around(columns_.size());
@@ -138,12 +150,12 @@ double level(double mean, double variance, double around) {
 
 // Over numbers that belong together: means, their variances and squared biases, and the means of what is around them.
 ErrorSums sum(std::span<const double> mean, std::span<const double> variance, std::span<const double> bias_sq,
-              std::span<const double> around) {
+              std::span<const double> around, double floor) {
   constexpr std::size_t kTogether = 8;
   double v[kTogether] = {}, v_relative[kTogether] = {}, b_sq[kTogether] = {}, b_sq_relative[kTogether] = {};
   const auto add = [&](std::size_t k, std::size_t j) {
     const double l = level(mean[k], variance[k], around[k]);
-    const double scale = 1 / (l * l + 0.01);
+    const double scale = 1 / (l * l + floor);
     v[j] += variance[k], v_relative[j] += variance[k] * scale;
     b_sq[j] += bias_sq[k], b_sq_relative[j] += bias_sq[k] * scale;
   };
@@ -202,6 +214,7 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
     if (!banded) return pass_means(film, y * width, means);
     std::ranges::copy(row_of(picture.mean, width, y), means.begin());
   });
+  const double floor = relative_floor(surroundings.mean());
   std::vector<ErrorSums> rows(static_cast<std::size_t>(film.height));
   for_rows(film, execution, [&](std::size_t y) {
     FilmRow row(film, variance, y);
@@ -209,9 +222,9 @@ ErrorEstimate estimate_error(const Film& film, const Execution& execution) {
     if (banded) {
       const auto more = row_of(picture.variance, width, y);
       for (std::size_t k = 0; k < more.size(); ++k) row.variance[k] += more[k];
-      rows[y] = sum(row_of(picture.mean, width, y), row.variance, row_of(picture.bias_sq, width, y), around);
+      rows[y] = sum(row_of(picture.mean, width, y), row.variance, row_of(picture.bias_sq, width, y), around, floor);
     } else {
-      rows[y] = sum(row.mean, row.variance, std::vector<double>(row.mean.size()), around);
+      rows[y] = sum(row.mean, row.variance, std::vector<double>(row.mean.size()), around, floor);
     }
     for (std::size_t x = 0; x < width; ++x) {
       rows[y].dominated += is_dominated(film, y * width + x, &row.mean[3 * x], passes);

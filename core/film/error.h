@@ -12,7 +12,7 @@ namespace photond {
 /// contained.
 struct ErrorEstimate {
   double rmse = 0;            ///< √mean over pixels and channels of V + b², in radiance
-  double relative = 0;        ///< √mean of (V + b²)/(m² + 0.01), m the pixel's mean, but no more than that of the 24 around
+  double relative = 0;        ///< √mean of (V + b²)/(m² + relative_floor), m the pixel's mean, but no more than that of the 24 around
                               ///< it where a few samples made it: comparable with √relMSE; √(noise² + bias²)
   double noise = 0;           ///< the part of V in `relative`
   double bias = 0;            ///< the part of b²

@@ -33,6 +33,15 @@ TEST(Compare, KnownDifference) {
   EXPECT_NEAR(result->median_block_deviation, 0.5, 1e-6);
 }
 
+TEST(Compare, RelatesDimPicturesToTheirMean) {
+  const Result<Comparison> result = compare_images(filled(16, 8, Rgb(0.0015f)), filled(16, 8, Rgb(0.001f)));
+  ASSERT_TRUE(result.ok());
+  EXPECT_NEAR(result->rel_mse, 0.25 / 2, 1e-6);
+  const Result<Comparison> black = compare_images(filled(16, 8, Rgb(0)), filled(16, 8, Rgb(0)));
+  ASSERT_TRUE(black.ok());
+  EXPECT_EQ(black->rel_mse, 0);
+}
+
 TEST(Compare, TrimsTheWorstPerMille) {
   Image image = filled(40, 25, Rgb(1));
   image.at(7, 7) = Rgb(1000);

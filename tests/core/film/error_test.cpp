@@ -120,6 +120,17 @@ TEST(ErrorEstimate, PredictsTheNoiseOfIndependentPasses) {
   }
 }
 
+// As brighter ones; a black one has none.
+TEST(ErrorEstimate, OfDimPicturesIsRelativeToThem) {
+  const auto relative = [](float scale) {
+    return estimate_error(film_of(8, 64, [&](Rng& rng, std::uint32_t) { return scale * rng.next(); })).relative;
+  };
+  const double dim = relative(0x1p-10f);
+  EXPECT_NEAR(dim, relative(0x1p-4f), 1e-9 * dim);
+  EXPECT_NEAR(dim, std::sqrt(1.0 / 12 / 64 / (2 * 0.25)), 0.1 * dim);
+  EXPECT_EQ(relative(0), 0);
+}
+
 // A tenth of the light comes by one sample of 4000: the pixels that it hits are as much too bright as the others are too
 // dark, and to relate their error to what they show would hide it.
 TEST(ErrorEstimate, PredictsTheErrorOfFireflies) {
