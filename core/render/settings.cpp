@@ -19,7 +19,10 @@ Error out_of_range(const char* pointer, const std::string& range) {
 std::uint32_t default_photons(const RenderSettings& render) {
   const std::uint64_t pixels = static_cast<std::uint64_t>(std::max(render.width, 1)) *
                                static_cast<std::uint64_t>(std::max(render.height, 1));
-  return static_cast<std::uint32_t>(std::bit_ceil(std::clamp<std::uint64_t>(pixels, 1 << 18, 1 << 22)));
+  constexpr std::uint64_t kLeast = 1 << 10, kShared = 1 << 18, kMost = 1 << 22;
+  constexpr std::uint64_t kPerPixel = 16;   // in films too small for more to help
+  const std::uint64_t least = render.method == Method::photon_map ? kShared : std::clamp(kPerPixel * pixels, kLeast, kShared);
+  return static_cast<std::uint32_t>(std::bit_ceil(std::clamp(pixels, least, kMost)));
 }
 
 Status check_settings(const PhotonSettings& photons, const RenderSettings& render, const StopRule& stop) {

@@ -36,8 +36,9 @@ struct StopRule {
 };
 
 /// The photons per pass of a picture where nobody asks for a number: about one for each pixel, a power of two from 262,144,
-/// so that pictures of up to 512×512 pixels share their maps, to 4,194,304. With fewer, a pass spends its time on pixels that
-/// gather the same few photons.
+/// so that pictures of 128×128 to 512×512 pixels share their maps, to 4,194,304. With fewer, a pass spends its time on pixels
+/// that gather the same few photons. Smaller pictures, but those of photon_map, take 16 for each pixel and at least 1024: with
+/// more, a pass spends its time on photons, and too few samples show what is within a pixel.
 std::uint32_t default_photons(const RenderSettings& render);
 
 /// Errors name the field as a JSON pointer of the job message: `/photons_per_pass`, `/film/width`, `/radius`.

@@ -84,7 +84,9 @@ void add_task_options(CLI::App& app, TaskOptions& command) {
       ->type_name("NAME");
   const CLI::Option* const photons = add_whole<std::uint32_t>(
       app, "--photons", [&command](std::uint32_t count) { command.photons.photons_per_pass = count; },
-      {1, 100'000'000}, "Photon paths of a pass, or a share where they are directed (default: about one per pixel, 262144 to 4194304)");
+      {1, 100'000'000},
+      "Photon paths of a pass, or a share where they are directed (default: about one per pixel, 262144 to 4194304; "
+      "fewer below 128x128)");
   app.parse_complete_callback([&command, photons] {
     if (photons->empty()) command.photons.photons_per_pass = default_photons(command.settings);
   });

@@ -105,7 +105,7 @@ TEST_F(RenderCommandTest, TakesAsManyPhotonsAsThePictureNeeds) {
   const std::vector<std::string> base = {"render", scene_,  "-o", exr_,       "--method",
                                          "path",   "--passes", "1",  "--report", report_};
   for (const auto& [options, photons] : std::initializer_list<std::pair<std::vector<std::string>, int>>{
-           {{"--size", "640x480"}, 524'288}, {{"--size", "32x32"}, 262'144}, {{"--photons", "100", "--size", "640x480"}, 100}}) {
+           {{"--size", "640x480"}, 524'288}, {{"--size", "32x32"}, 16'384}, {{"--photons", "100", "--size", "640x480"}, 100}}) {
     auto arguments = base;
     arguments.insert(arguments.end(), options.begin(), options.end());
     ASSERT_EQ(run_photond(arguments).code, 0);
