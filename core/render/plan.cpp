@@ -15,6 +15,7 @@ struct Features {
   std::string caster;           // name of the first material that bundles light, with the reason
   bool absorption = false;
   bool alpha = false;
+  bool clearcoat = false;
   bool bounded_light = false;   // any light but the environment
   bool surfaces = false;
   bool receivers = false;       // surfaces that gather photons
@@ -34,6 +35,9 @@ std::string percent(double share) {
 // Whether photons may be gathered on it: neither clear glass nor polished metal all over.
 bool gathers(const Material& m) {
   if (m.transmission == 1 && !m.transmission_texture.used()) return false;
+  if (m.clearcoat > 0 && (m.clearcoat_roughness_texture.used() || m.clearcoat_roughness * m.clearcoat_roughness >= kGatherAlpha)) {
+    return true;
+  }
   const bool metal = m.metallic == 1 && !m.metallic_roughness_texture.used();
   return !metal || m.roughness * m.roughness >= kGatherAlpha;
 }
@@ -49,6 +53,7 @@ void note_material(const Scene& scene, const Material& m, Features& features) {
   if (features.caster.empty()) features.caster = casting(scene, m);
   features.absorption = features.absorption || Medium::absorbs(m);
   features.alpha = features.alpha || m.alpha_mode != AlphaMode::opaque;
+  features.clearcoat = features.clearcoat || m.clearcoat > 0;
   features.bounded_light = features.bounded_light || m.emissive();
   features.receivers = features.receivers || gathers(m);
   features.surfaces = true;
@@ -204,6 +209,8 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                                             : "no volume absorbs light"});
   plan.items.push_back({"alpha_test", features.alpha,
                         features.alpha ? "a material is masked or blended" : "every material is opaque"});
+  plan.items.push_back({"clearcoat", features.clearcoat,
+                        features.clearcoat ? "a material has a clear coat" : "no material has a clear coat"});
   plan.items.push_back(environment_item(scene));
   add_lacks(features, !scene.lights.empty(), plan.items);
   return plan;

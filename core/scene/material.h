@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -47,6 +48,12 @@ struct Material {
   bool thin_walled = true;                               ///< KHR_materials_volume: thicknessFactor is 0
   Rgb attenuation_color{1};
   float attenuation_distance = kInfinity;                ///< metres
+  float clearcoat = 0;                                   ///< KHR_materials_clearcoat: amount of the layer on top
+  TextureSlot clearcoat_texture;                         ///< linear R
+  float clearcoat_roughness = 0;                         ///< perceptual
+  TextureSlot clearcoat_roughness_texture;               ///< linear G
+  TextureSlot clearcoat_normal_texture;                  ///< as normal_texture, which does not bend the coat
+  float clearcoat_normal_scale = 1;
 
   bool emissive() const { return !is_black(emission); }
   /// Where it emits, every place does alike.
@@ -54,7 +61,16 @@ struct Material {
     return !emission_texture.used() && (!kAllFeatures || alpha_mode == AlphaMode::opaque);
   }
   /// A Lambert surface without a layer, whatever textures say.
-  bool bare_diffuse() const { return metallic == 0 && specular == 0 && transmission == 0; }
+  bool bare_diffuse() const { return metallic == 0 && specular == 0 && transmission == 0 && clearcoat == 0; }
+  /// Whether a texture bends any of its normals.
+  bool bends_normals() const { return normal_texture.used() || clearcoat_normal_texture.used(); }
 };
+
+/// All that a material may have.
+inline std::array<const TextureSlot*, 10> texture_slots(const Material& m) {
+  return {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emission_texture,
+          &m.specular_texture, &m.specular_color_texture, &m.transmission_texture, &m.clearcoat_texture,
+          &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture};
+}
 
 }  // namespace photond

@@ -14,9 +14,7 @@ std::string beginning(const std::string& name) {
 }
 
 bool is_textured(const Material& m) {
-  return m.base_color_texture.used() || m.metallic_roughness_texture.used() || m.normal_texture.used() ||
-         m.emission_texture.used() || m.specular_texture.used() || m.specular_color_texture.used() ||
-         m.transmission_texture.used();
+  return std::ranges::any_of(texture_slots(m), [](const TextureSlot* slot) { return slot->used(); });
 }
 
 void count_geometry(const Scene& scene, SceneReport& report) {

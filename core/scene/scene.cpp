@@ -67,6 +67,12 @@ struct SceneHasher {
     value(m.thin_walled);
     value(m.attenuation_color);
     value(m.attenuation_distance);
+    value(m.clearcoat);
+    slot(m.clearcoat_texture);
+    value(m.clearcoat_roughness);
+    slot(m.clearcoat_roughness_texture);
+    slot(m.clearcoat_normal_texture);
+    value(m.clearcoat_normal_scale);
   }
   void texture(const Texture& t) {
     value(t.image);

@@ -1,7 +1,9 @@
-// glTF 2.0 appendix B; KHR_materials_specular, _transmission, _volume, _ior.
+// glTF 2.0 appendix B; KHR_materials_specular, _transmission, _volume, _ior, _clearcoat.
 // Walter et al. 2007: rough refraction. Heitz 2018: visible normals. Kelemen and Szirmay-Kalos 2001: layering.
 #include "core/trace/bsdf.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/math/warp.h"
@@ -15,7 +17,9 @@ constexpr float kMinCos = 1e-4f;   // of wo
 
 float mean(const Rgb& c) { return (c.x + c.y + c.z) / 3; }
 
-int lobe_index(LobeMask lobe) { return lobe == kDiffuseLobe ? 0 : lobe == kReflectionLobe ? 1 : 2; }
+constexpr LobeMask kLobes[] = {kDiffuseLobe, kReflectionLobe, kGlassLobe, kClearcoatLobe};
+
+int lobe_index(LobeMask lobe) { return std::countr_zero(lobe); }
 
 Vec3 mirror_z(const Vec3& w) { return {w.x, w.y, -w.z}; }
 
@@ -106,28 +110,56 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   if (!is_black(diffuse_)) lobes_ |= kDiffuseLobe;
   if (!is_black(f90_) || !is_black(f0_)) lobes_ |= kReflectionLobe;
   if (glass_weight_ > 0) lobes_ |= kGlassLobe;
+  if (material.clearcoat > 0) set_clearcoat(scene, surface, wo);
   if (lobes_ == kDiffuseLobe) {
     select_[0] = 1;
     return;  // nothing of a bare Lambert surface depends on wo
   }
   wo_ = frame_.to_local(wo);
   wo_.z = std::max(wo_.z, kMinCos);
-  if ((lobes_ & kDiffuseLobe) != 0 && p.specular > 0) set_layer(layer_f0, p.specular);
+  if ((lobes_ & kDiffuseLobe) != 0 && (p.specular > 0 || coated())) set_layer(layer_f0, p.specular);
   if ((lobes_ & (lobes_ - 1)) != 0) {
     set_selection();
   } else {
-    select_[0] = select_[1] = select_[2] = 1;  // a single lobe is always chosen
+    std::ranges::fill(select_, 1.0f);  // a single lobe is always chosen
   }
+}
+
+void Bsdf::set_clearcoat(const Scene& scene, const SurfacePoint& surface, const Vec3& wo) {
+  const Material& m = *surface.material;
+  float amount = m.clearcoat, roughness = m.clearcoat_roughness;
+  if (m.clearcoat_texture.used()) amount *= lookup(scene, m.clearcoat_texture, surface).x;
+  if (m.clearcoat_roughness_texture.used()) roughness *= lookup(scene, m.clearcoat_roughness_texture, surface).y;
+  if (!(amount > 0)) return;
+  const bool inside = glass_weight_ > 0 && !thin_ && !surface.front;
+  coat_.emplace(amount, roughness * roughness, clearcoat_normal(scene, surface, wo), wo, inside);
+  if (!inside) lobes_ |= kClearcoatLobe;
 }
 
 void Bsdf::set_layer(const Rgb& f0, float f90) {
   layer_f0_ = max_component(f0);
   layer_f90_ = f90;
-  const LayerAlbedo average = layer_albedo_average(alpha_);
-  const float mean_albedo = layer_f0_ * average.a + layer_f90_ * average.b;
-  // A perfectly reflecting layer hides its base altogether.
-  layer_out_ = mean_albedo < 1 ? 1 / (1 - mean_albedo) : 0;
-  layer_out_ *= layer_scale(wo_.z);
+  float mean_through = 0;
+  if (coated() && !coat_->beyond()) {
+    mean_through = coat_->mean_through(layer_f0_, layer_f90_, alpha_);
+  } else {
+    const LayerAlbedo average = layer_albedo_average(alpha_);
+    mean_through = 1 - (layer_f0_ * average.a + layer_f90_ * average.b);
+  }
+  // Layers that reflect everything hide their base altogether.
+  layer_out_ = mean_through > 0 ? 1 / mean_through : 0;
+  layer_out_ *= layer_scale(wo_.z) * (coated() && !coat_->beyond() ? coat_->through() : 1);
+}
+
+// What a coat on this side lets through on the way from wi (world) alone.
+float Bsdf::through_coat(const Vec3& wi) const { return coated() && !coat_->beyond() ? coat_->through(wi) : 1; }
+
+// What it leaves of a lobe below it but the diffuse one.
+float Bsdf::below_coat(const Vec3& wi, bool transmitted) const {
+  if (!coated()) return 1;
+  if (transmitted && !thin_) return coat_->beyond() ? coat_->through(wi) : coat_->through();
+  if (coat_->beyond()) return 1;
+  return std::min(coat_->through(transmitted ? -wi : wi), coat_->through());
 }
 
 float Bsdf::layer_scale(float cos_i) const {
@@ -137,18 +169,20 @@ float Bsdf::layer_scale(float cos_i) const {
 }
 
 void Bsdf::set_selection() {
+  const float through = coated() && !coat_->beyond() ? coat_->through() : 1;
   if ((lobes_ & kDiffuseLobe) != 0) {
-    select_[0] = mean(diffuse_) * layer_scale(wo_.z);
+    select_[0] = mean(diffuse_) * layer_scale(wo_.z) * through;
   }
   if ((lobes_ & kReflectionLobe) != 0) {
-    select_[1] = mean(reflection_fresnel(wo_.z));
+    select_[1] = mean(reflection_fresnel(wo_.z)) * through;
   }
-  select_[2] = glass_weight_;
+  select_[2] = glass_weight_ * through;
+  if ((lobes_ & kClearcoatLobe) != 0) select_[3] = coat_->reflectance();
 }
 
 float Bsdf::selection(LobeMask lobe, LobeMask mask) const {
   float sum = 0;
-  for (const LobeMask l : {kDiffuseLobe, kReflectionLobe, kGlassLobe}) {
+  for (const LobeMask l : kLobes) {
     if ((mask & l) != 0) sum += select_[lobe_index(l)];
   }
   return sum > 0 ? select_[lobe_index(lobe)] / sum : 0;
@@ -156,14 +190,17 @@ float Bsdf::selection(LobeMask lobe, LobeMask mask) const {
 
 float Bsdf::share(LobeMask mask) const {
   float share = 0;
-  for (const LobeMask l : {kDiffuseLobe, kReflectionLobe, kGlassLobe}) {
+  for (const LobeMask l : kLobes) {
     if ((mask & lobes() & l) != 0) share += selection(l, lobes());
   }
   return share;
 }
 
-// The mean of layer_scale over the cosine is what layer_out_ is divided by.
-Rgb Bsdf::diffuse_albedo() const { return layer_out_ > 0 ? diffuse_ * layer_scale(wo_.z) : Rgb(0); }
+// The mean over the cosine of what the layers let through is what layer_out_ is divided by.
+Rgb Bsdf::diffuse_albedo() const {
+  const float through = coated() && !coat_->beyond() ? coat_->through() : 1;
+  return layer_out_ > 0 ? diffuse_ * (layer_scale(wo_.z) * through) : Rgb(0);
+}
 
 // Reflected directions must be above both horizons, transmitted ones below both.
 bool Bsdf::above(const Vec3& wi) const { return std::min(glm::dot(wi, frame_.n), glm::dot(wi, ng_)) > 0; }
@@ -244,9 +281,12 @@ Rgb Bsdf::eval(const Vec3& wi_world, LobeMask mask, Transport transport) const {
   const Vec3 wi = frame_.to_local(wi_world);
   if (mask == kNoLobe || !same_side(wi, wi_world)) return Rgb(0);
   Rgb f(0);
-  if ((mask & kDiffuseLobe) != 0 && wi.z > 0) f += diffuse_ * (kInvPi * layer_out_ * layer_scale(wi.z));
-  if ((mask & kReflectionLobe) != 0 && wi.z > 0) f += eval_reflection(wi);
-  if ((mask & kGlassLobe) != 0) f += eval_glass(wi, transport);
+  if ((mask & kDiffuseLobe) != 0 && wi.z > 0) {
+    f += diffuse_ * (kInvPi * layer_out_ * layer_scale(wi.z) * through_coat(wi_world));
+  }
+  if ((mask & kReflectionLobe) != 0 && wi.z > 0) f += eval_reflection(wi) * below_coat(wi_world, false);
+  if ((mask & kGlassLobe) != 0) f += eval_glass(wi, transport) * below_coat(wi_world, wi.z < 0);
+  if ((mask & kClearcoatLobe) != 0 && wi.z > kMinCos) f += Rgb(coat_->scattered(wi_world) / wi.z);
   return f;
 }
 
@@ -261,6 +301,7 @@ float Bsdf::pdf(const Vec3& wi_world, LobeMask mask) const {
     pdf += selection(kReflectionLobe, mask) * ggx_visible_pdf(wo_, h, alpha_) / (4 * glm::dot(wo_, h));
   }
   if ((spread & kGlassLobe) != 0) pdf += selection(kGlassLobe, mask) * pdf_glass(wi);
+  if ((spread & kClearcoatLobe) != 0) pdf += selection(kClearcoatLobe, mask) * coat_->pdf(wi_world);
   return pdf;
 }
 
@@ -273,7 +314,7 @@ std::optional<BsdfSample> Bsdf::sample(const Vec3& u, LobeMask mask, Transport t
 bool Bsdf::sample_lobe(const Vec3& u, LobeMask mask, Transport transport, BsdfSample& out) const {
   if (mask == kDiffuseLobe) return sample_diffuse(Vec2(u), mask, transport, out);
   float choice = u.z;
-  for (const LobeMask lobe : {kDiffuseLobe, kReflectionLobe, kGlassLobe}) {
+  for (const LobeMask lobe : kLobes) {
     if ((mask & lobe) == 0) continue;
     const float p = selection(lobe, mask);
     // The last lobe of the mask takes what rounding leaves.
@@ -284,6 +325,7 @@ bool Bsdf::sample_lobe(const Vec3& u, LobeMask mask, Transport transport, BsdfSa
     if (p <= 0) return false;
     if (lobe == kDiffuseLobe) return sample_diffuse(Vec2(u), mask, transport, out);
     if (lobe == kReflectionLobe) return sample_reflection(Vec2(u), mask, transport, out);
+    if (lobe == kClearcoatLobe) return sample_clearcoat(Vec2(u), mask, transport, out);
     return sample_glass(Vec2(u), std::min(choice / p, 0x1.fffffep-1f), mask, transport, out);
   }
   return false;
@@ -294,7 +336,7 @@ bool Bsdf::sample_diffuse(const Vec2& u, LobeMask mask, Transport transport, Bsd
   if (mask != kDiffuseLobe) return finish(wi, kDiffuseLobe, mask, transport, out);
   // The common case, alone and without division: f·cos/pdf is the albedo.
   out.wi = frame_.to_world(wi);
-  out.weight = diffuse_ * (layer_out_ * layer_scale(wi.z));
+  out.weight = diffuse_ * (layer_out_ * layer_scale(wi.z) * through_coat(out.wi));
   out.pdf_w = wi.z * kInvPi;
   out.lobe = kDiffuseLobe;
   return wi.z > 0 && glm::dot(out.wi, ng_) > 0;
@@ -314,10 +356,28 @@ bool Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport, 
 bool Bsdf::sample_smooth_reflection(LobeMask mask, BsdfSample& out) const {
   const Vec3 wi{-wo_.x, -wo_.y, wo_.z};
   out.wi = frame_.to_world(wi);
-  out.weight = reflection_fresnel(wo_.z) / selection(kReflectionLobe, mask);
+  out.weight = reflection_fresnel(wo_.z) * (below_coat(out.wi, false) / selection(kReflectionLobe, mask));
   out.lobe = kReflectionLobe;
   out.delta = true;
   return same_side(wi, out.wi);
+}
+
+bool Bsdf::sample_clearcoat(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
+  if (coat_->smooth()) {
+    if (sample_smooth_clearcoat(mask, out)) return true;
+    out.flat = true;
+    return flattened().sample_smooth_clearcoat(mask, out);
+  }
+  const Vec3 wi = frame_.to_local(coat_->sample(u));
+  return wi.z > 0 && finish(wi, kClearcoatLobe, mask, transport, out);
+}
+
+bool Bsdf::sample_smooth_clearcoat(LobeMask mask, BsdfSample& out) const {
+  out.wi = coat_->mirrored();
+  out.weight = Rgb(coat_->reflectance() / selection(kClearcoatLobe, mask));
+  out.lobe = kClearcoatLobe;
+  out.delta = true;
+  return glm::dot(out.wi, ng_) > 0;
 }
 
 bool Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const {
@@ -345,7 +405,7 @@ bool Bsdf::sample_smooth_glass(float choice, LobeMask mask, Transport transport,
   out.lobe = kGlassLobe;
   out.delta = true;
   out.transmitted = !reflected;
-  const float scale = glass_weight_ / selection(kGlassLobe, mask);
+  const float scale = glass_weight_ * below_coat(out.wi, !reflected) / selection(kGlassLobe, mask);
   if (reflected) {
     out.weight = scale * glass_reflected(cos_t);
   } else {
@@ -371,6 +431,7 @@ Bsdf Bsdf::flattened() const {
   flat.frame_ = Frame(ng_);
   flat.wo_ = flat.frame_.to_local(frame_.to_world(wo_));
   flat.wo_.z = std::max(flat.wo_.z, kMinCos);
+  if (coated()) flat.coat_ = coat_->turned(ng_);
   return flat;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/base/features.h"
 #include "core/math/frame.h"
+#include "core/trace/clearcoat.h"
 #include "core/trace/microfacet.h"
 #include "core/trace/surface.h"
 
@@ -16,7 +17,8 @@ inline constexpr LobeMask kNoLobe = 0;
 inline constexpr LobeMask kDiffuseLobe = 1;      ///< Lambert
 inline constexpr LobeMask kReflectionLobe = 2;   ///< GGX or ideal reflection of metal and dielectric layer
 inline constexpr LobeMask kGlassLobe = 4;        ///< dielectric reflection and transmission
-inline constexpr LobeMask kAllLobes = 7;
+inline constexpr LobeMask kClearcoatLobe = 8;    ///< GGX or ideal reflection of a clear coat
+inline constexpr LobeMask kAllLobes = 15;
 
 /// What travels along the path: radiance from the camera side, or flux from the light side. Refraction scales
 /// radiance by the square of the relative index, flux not at all.
@@ -35,10 +37,11 @@ struct BsdfSample {
 };
 
 /// The scattering of light at one surface point for a fixed direction `wo`, as glTF 2.0 defines it: a Lambert
-/// base below a GGX layer of Schlick reflectance, mixed with a GGX metal and with a dielectric that transmits.
-/// The base is scaled by what the layer lets through both ways, (1−E(i))(1−E(o))/(1−Ē), which equals glTF's
-/// (1−F) on average, is reciprocal and conserves energy exactly [Kelemen and Szirmay-Kalos 2001]. Transmission
-/// uses the exact Fresnel equations.
+/// base below a GGX layer of Schlick reflectance, mixed with a GGX metal and with a dielectric that transmits, all below
+/// a clear coat. The base is scaled by what the layers let through both ways, (1−E(i))(1−E(o))/(1−Ē), which equals glTF's
+/// (1−F) on average, is reciprocal and conserves energy exactly [Kelemen and Szirmay-Kalos 2001]. Other lobes below a
+/// coat are scaled by the lesser of what it lets through from either direction: reciprocal, too, and no energy is gained.
+/// Transmission uses the exact Fresnel equations.
 class Bsdf {
  public:
   /// `wo`: unit, world, away from the surface, on the side of surface.ng.
@@ -47,9 +50,17 @@ class Bsdf {
   /// The lobes that are not black.
   LobeMask lobes() const { return kAllFeatures ? lobes_ : kDiffuseLobe; }
   /// The lobes among them that are Dirac distributions.
-  LobeMask delta_lobes() const { return alpha_ < kSmoothAlpha ? lobes() & (kReflectionLobe | kGlassLobe) : kNoLobe; }
-  /// GGX α of the reflection and glass lobes.
-  float alpha() const { return alpha_; }
+  LobeMask delta_lobes() const {
+    const LobeMask smooth = alpha_ < kSmoothAlpha ? kReflectionLobe | kGlassLobe : kNoLobe;
+    return lobes() & (coated() && coat_->smooth() ? smooth | kClearcoatLobe : smooth);
+  }
+  /// The reflections among them of a GGX α of at least `least`.
+  LobeMask reflections_from(float least) const {
+    const LobeMask rough = alpha_ >= least ? kReflectionLobe : kNoLobe;
+    return lobes() & (coated() && coat_->alpha() >= least ? rough | kClearcoatLobe : rough);
+  }
+  /// The shading normal of one lobe.
+  const Vec3& normal(LobeMask lobe) const { return lobe == kClearcoatLobe ? coat_->normal() : frame_.n; }
 
   /// Probability with which `sample` reflects, rather than refracts, where all there is is smooth glass; 0 elsewhere.
   float smooth_glass_reflectance() const;
@@ -71,9 +82,13 @@ class Bsdf {
  private:
   friend class Bsdf8;
 
+  void set_clearcoat(const Scene& scene, const SurfacePoint& surface, const Vec3& wo);
   void set_layer(const Rgb& f0, float f90);
   void set_selection();
+  bool coated() const { return kAllFeatures && coat_.has_value(); }
   bool layered() const { return layer_f0_ > 0 || layer_f90_ > 0; }
+  float through_coat(const Vec3& wi) const;
+  float below_coat(const Vec3& wi, bool transmitted) const;
   float layer_scale(float cos_i) const;
   float selection(LobeMask lobe, LobeMask mask) const;
   bool above(const Vec3& wi) const;
@@ -94,6 +109,8 @@ class Bsdf {
   bool sample_reflection(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const;
   bool sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const;
   bool sample_smooth_reflection(LobeMask mask, BsdfSample& out) const;
+  bool sample_clearcoat(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const;
+  bool sample_smooth_clearcoat(LobeMask mask, BsdfSample& out) const;
   bool sample_smooth_glass(float choice, LobeMask mask, Transport transport, BsdfSample& out) const;
   Vec3 glass_direction(const Vec3& h, float cos_h, float cos_t, bool reflected) const;
   Bsdf flattened() const;
@@ -112,10 +129,11 @@ class Bsdf {
   float alpha_ = 1;
   float layer_f0_ = 0;
   float layer_f90_ = 0;
-  float layer_out_ = 1;        // (1−E(o))/(1−Ē)
-  float select_[3] = {0, 0, 0};  // relative selection probabilities of the lobes
+  float layer_out_ = 1;        // (1−E(o))/(1−Ē), of the coat above as well
+  float select_[4] = {0, 0, 0, 0};  // relative selection probabilities of the lobes
   LobeMask lobes_ = kNoLobe;
   bool thin_ = true;
+  std::optional<Clearcoat> coat_;
 };
 
 }  // namespace photond

@@ -1,4 +1,4 @@
-// As bsdf.cpp and microfacet.h.
+// As bsdf.cpp, clearcoat.cpp and microfacet.h.
 #include "core/trace/bsdf8.h"
 
 namespace photond {
@@ -17,38 +17,48 @@ Float8 schlick_weight(const Float8& cosine) {
 
 }  // namespace
 
-Bsdf8::Bsdf8(const Bsdf& bsdf, LobeMask mask) : frame_(bsdf.frame_), ng_(bsdf.ng_), wo_(bsdf.wo_) {
+Bsdf8::Reflection::Reflection(const Frame& about, const Vec3& out, const Rgb& at_normal, const Rgb& at_grazing, float alpha)
+    : frame(about), wo(out), f0(at_normal), f90(at_grazing), alpha_sq(alpha * alpha), lambda_out(ggx_lambda(out, alpha)) {}
+
+Vec3x8 Bsdf8::Reflection::times_cosine(const Vec3x8& direction) const {
+  const Vec3x8 wi{dot(frame.s, direction), dot(frame.t, direction), dot(frame.n, direction)};
+  const Vec3x8 h = wi + wo;   // of any length
+  const Float8 length_sq = dot(h, h);
+  const Float8 t = h.x * h.x + h.y * h.y + alpha_sq * h.z * h.z;
+  const Float8 d = (alpha_sq * kInvPi) * (length_sq * length_sq) / (t * t);
+  const Float8 g = 1 / (1 + lambda_out + lambda(wi, alpha_sq));
+  const Float8 schlick = schlick_weight(dot(wo, h) / sqrt8(length_sq));
+  const Float8 common = d * g / (4 * wo.z);
+  return choose8(wi.z > 0, (f0 * (1 - schlick) + f90 * schlick) * common, Vec3x8{});
+}
+
+Bsdf8::Bsdf8(const Bsdf& bsdf, LobeMask mask) : frame_(bsdf.frame_), ng_(bsdf.ng_) {
   mask &= bsdf.lobes() & ~bsdf.delta_lobes();
   if ((mask & kDiffuseLobe) != 0) {
     diffuse_ = bsdf.diffuse_ * (kInvPi * bsdf.layer_out_);
     if (bsdf.layered()) layer_.emplace(bsdf.layer_f0_, bsdf.layer_f90_, bsdf.alpha_);
   }
-  reflects_ = (mask & kReflectionLobe) != 0;
-  if (!reflects_) return;
-  f0_ = bsdf.f0_;
-  f90_ = bsdf.f90_;
-  alpha_sq_ = bsdf.alpha_ * bsdf.alpha_;
-  lambda_out_ = ggx_lambda(wo_, bsdf.alpha_);
+  if ((mask & kReflectionLobe) != 0) reflection_.emplace(frame_, bsdf.wo_, bsdf.f0_, bsdf.f90_, bsdf.alpha_);
+  if (!bsdf.coated() || bsdf.coat_->beyond()) return;
+  const Clearcoat& coat = *bsdf.coat_;
+  const float f0 = coat.amount_ * Clearcoat::kF0, f90 = coat.amount_;
+  coat_.emplace(coat.normal(), LayerTransmission(f0, f90, coat.alpha()), coat.through());
+  if ((mask & kClearcoatLobe) != 0) clearcoat_.emplace(coat.frame_, coat.wo_, Rgb(f0), Rgb(f90), coat.alpha());
 }
 
 Vec3x8 Bsdf8::eval(const Vec3x8& wi) const {
   const Float8 cosine = dot(frame_.n, wi);
   const Mask8 above = (cosine > 0) & (dot(ng_, wi) > 0);
   Vec3x8 f = diffuse_ * (layer_ ? (*layer_)(cosine) : Float8{} + 1);
-  if (reflects_) f = f + reflection({dot(frame_.s, wi), dot(frame_.t, wi), cosine});
+  Float8 through = Float8{} + 1;
+  if (coat_) {
+    through = coat_->through(dot(coat_->normal, wi));
+    f = f * through;
+    through = min8(through, Float8{} + coat_->through_out);
+  }
+  if (reflection_) f = f + reflection_->times_cosine(wi) * (through / cosine);
+  if (clearcoat_) f = f + clearcoat_->times_cosine(wi) * (1 / cosine);
   return choose8(above, f, Vec3x8{});
-}
-
-// `wi` is local.
-Vec3x8 Bsdf8::reflection(const Vec3x8& wi) const {
-  const Vec3x8 h = wi + wo_;   // of any length
-  const Float8 length_sq = dot(h, h);
-  const Float8 t = h.x * h.x + h.y * h.y + alpha_sq_ * h.z * h.z;
-  const Float8 d = (alpha_sq_ * kInvPi) * (length_sq * length_sq) / (t * t);
-  const Float8 g = 1 / (1 + lambda_out_ + lambda(wi, alpha_sq_));
-  const Float8 schlick = schlick_weight(dot(wo_, h) / sqrt8(length_sq));
-  const Float8 common = d * g / (4 * wo_.z * wi.z);
-  return (f0_ * (1 - schlick) + f90_ * schlick) * common;
 }
 
 }  // namespace photond

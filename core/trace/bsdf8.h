@@ -17,16 +17,29 @@ class Bsdf8 {
   Vec3x8 eval(const Vec3x8& wi) const;
 
  private:
-  Vec3x8 reflection(const Vec3x8& wi) const;
+  // A GGX lobe about a normal.
+  struct Reflection {
+    Frame frame;
+    Vec3 wo;                   // local
+    Rgb f0, f90;
+    float alpha_sq, lambda_out;
+
+    Reflection(const Frame& about, const Vec3& out, const Rgb& at_normal, const Rgb& at_grazing, float alpha);
+    Vec3x8 times_cosine(const Vec3x8& wi) const;   // of incidence
+  };
+  // What lies over everything else.
+  struct Coat {
+    Vec3 normal;
+    LayerTransmission through;
+    float through_out;
+  };
 
   Frame frame_;
-  Vec3 ng_, wo_;
-  Rgb diffuse_{0};             // f of the base, but for what the layer takes of wi
-  Rgb f0_{0}, f90_{0};         // 0 without the reflection lobe
-  float alpha_sq_ = 1;
-  float lambda_out_ = 0;
-  bool reflects_ = false;
+  Vec3 ng_;
+  Rgb diffuse_{0};             // f of the base, but for what the layers take of wi
   std::optional<LayerTransmission> layer_;
+  std::optional<Reflection> reflection_, clearcoat_;
+  std::optional<Coat> coat_;
 };
 
 }  // namespace photond

@@ -64,19 +64,37 @@ constexpr float kMetal = 0.5f;
 
 float alpha(float roughness) { return roughness * roughness; }
 
-template <class Texel>
-float lowest_roughness(const Material& m, std::span<const Texel> texels, float metallic) {
+// Of a roughness texture's texels, RGBA, those of which `counts` says so.
+template <class Texel, class Counts>
+float lowest_roughness(float factor, std::span<const Texel> texels, const Counts& counts) {
   constexpr std::size_t kTexels = 1 << 20;
   constexpr float kScale = 1.0f / std::numeric_limits<Texel>::max();
   const std::size_t count = texels.size() / 4;
   const std::size_t step = (count + kTexels - 1) / kTexels | 1;   // odd: other columns in each row
   float lowest = kInfinity;
   for (std::size_t i = 0; i < count; i += step) {
-    const bool is_metal = m.metallic * kScale * static_cast<float>(texels[4 * i + 2]) >= metallic;
-    if (is_metal) lowest = std::min(lowest, m.roughness * kScale * static_cast<float>(texels[4 * i + 1]));
+    const bool such = counts(kScale * static_cast<float>(texels[4 * i + 2]));
+    if (such) lowest = std::min(lowest, factor * kScale * static_cast<float>(texels[4 * i + 1]));
   }
   return lowest;
 }
+
+// `counts` is asked about the blue of each texel.
+template <class Counts>
+float lowest_roughness(const Scene& scene, float factor, const TextureSlot& slot, const Counts& counts) {
+  const TextureImage& image = scene.images[scene.textures[slot.texture].image];
+  return image.u16.empty() ? lowest_roughness(factor, std::span(image.u8), counts)
+                           : lowest_roughness(factor, std::span(image.u16), counts);
+}
+
+// Of a clear coat, infinity where there is none.
+float lowest_clearcoat_roughness(const Scene& scene, const Material& m) {
+  if (m.clearcoat == 0) return kInfinity;
+  if (!m.clearcoat_roughness_texture.used()) return m.clearcoat_roughness;
+  return lowest_roughness(scene, m.clearcoat_roughness, m.clearcoat_roughness_texture, [](float) { return true; });
+}
+
+bool is_gloss(float alpha) { return alpha >= kSmoothAlpha && alpha < kGatherAlpha; }
 
 // Which materials are such as `is` says.
 template <class Is>
@@ -113,9 +131,8 @@ std::vector<Piece> caster_pieces(const Scene& scene) {
 float lowest_roughness(const Scene& scene, const Material& m, float metallic) {
   if (m.metallic < metallic) return kInfinity;
   if (!m.metallic_roughness_texture.used()) return m.roughness;
-  const TextureImage& image = scene.images[scene.textures[m.metallic_roughness_texture.texture].image];
-  return image.u16.empty() ? lowest_roughness(m, std::span(image.u8), metallic)
-                           : lowest_roughness(m, std::span(image.u16), metallic);
+  return lowest_roughness(scene, m.roughness, m.metallic_roughness_texture,
+                          [&](float blue) { return m.metallic * blue >= metallic; });
 }
 
 bool bundles_light(const Scene& scene, const Material& m) {
@@ -129,19 +146,20 @@ bool casts_caustics(const Scene& scene, const Material& m) {
 }
 
 bool mirrors_points(const Scene& scene, const Material& m) {
-  return !m.bare_diffuse() && alpha(lowest_roughness(scene, m, 0)) < kSmoothAlpha;
+  const float roughness = std::min(lowest_roughness(scene, m, 0), lowest_clearcoat_roughness(scene, m));
+  return !m.bare_diffuse() && alpha(roughness) < kSmoothAlpha;
 }
 
 bool lights_gloss(const Scene& scene) {
   const auto casts = [&](const Material& m) {
     return m.transmission > 0 || alpha(lowest_roughness(scene, m, kMetal)) < kSmoothAlpha;
   };
-  const auto is_gloss = [&](const Material& m) {
-    const bool glossy = m.metallic_roughness_texture.used() ||
-                        (alpha(m.roughness) >= kSmoothAlpha && alpha(m.roughness) < kGatherAlpha);
-    return glossy && m.transmission < 1 && !m.bare_diffuse();
+  const auto has_gloss = [&](const Material& m) {
+    const bool glossy = m.metallic_roughness_texture.used() || is_gloss(alpha(m.roughness));
+    const bool coat = m.clearcoat > 0 && (m.clearcoat_roughness_texture.used() || is_gloss(alpha(m.clearcoat_roughness)));
+    return (glossy || coat) && m.transmission < 1 && !m.bare_diffuse();
   };
-  return any_surface(scene, is_gloss) && any_surface(scene, casts);
+  return any_surface(scene, has_gloss) && any_surface(scene, casts);
 }
 
 bool environment_casts(const Scene& scene) {

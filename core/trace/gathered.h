@@ -11,9 +11,7 @@ inline constexpr float kGatherAlpha = 0.25f;
 
 /// The lobes at which photons are gathered.
 inline LobeMask gathered_lobes(const Bsdf& bsdf) {
-  LobeMask mask = kDiffuseLobe;
-  if (bsdf.alpha() >= kGatherAlpha) mask |= kReflectionLobe;
-  return mask & bsdf.lobes();
+  return (kDiffuseLobe & bsdf.lobes()) | bsdf.reflections_from(kGatherAlpha);
 }
 
 /// Gloss: reflections too narrow for all light to be gathered there, not narrow enough to be mirrors. Caustic light
@@ -21,7 +19,7 @@ inline LobeMask gathered_lobes(const Bsdf& bsdf) {
 /// transmits.
 inline LobeMask gloss_lobes(const Bsdf& bsdf) {
   if ((bsdf.lobes() & kGlassLobe) != 0) return kNoLobe;
-  return bsdf.lobes() & kReflectionLobe & ~gathered_lobes(bsdf) & ~bsdf.delta_lobes();
+  return bsdf.reflections_from(kSmoothAlpha) & ~bsdf.reflections_from(kGatherAlpha);
 }
 
 /// Chance decides, in proportion to what gathered and other lobes scatter, which of them the light is of that both do; the

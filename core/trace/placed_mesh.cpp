@@ -8,8 +8,9 @@ namespace {
 
 // As Bsdf finds the lobes. A colour that is not finite is left to where photons are rejected.
 Shading shading_of(const Material& m) {
-  if (!is_finite(m.base_color) || m.base_color_texture.used() || m.normal_texture.used()) return Shading::other;
+  if (!is_finite(m.base_color) || m.base_color_texture.used() || m.bends_normals()) return Shading::other;
   if (m.bare_diffuse()) return Shading::diffuse;
+  if (m.clearcoat > 0) return Shading::other;
   if (!(m.roughness * m.roughness < kSmoothAlpha) || m.metallic_roughness_texture.used()) return Shading::other;
   if (m.metallic == 1 && !is_black(m.base_color)) return Shading::mirror;
   const bool textured = m.specular_texture.used() || m.specular_color_texture.used() || m.transmission_texture.used();
@@ -35,7 +36,7 @@ std::vector<PlacedMesh> placed_meshes(const Scene& scene) {
     const Material& material = scene.materials[mesh.material];
     const Shading shading = shading_of(scene, instance);
     const bool plain = shading == Shading::diffuse && mesh.normals.empty() && !is_black(material.base_color);
-    const bool in_place = !instance.moved && !material.normal_texture.used();
+    const bool in_place = !instance.moved && !material.bends_normals();
     placed.push_back({mesh.triangles.data(), mesh.vertices.data(), material.base_color, plain, material.emissive(),
                       in_place, shading, material.ior});
   }

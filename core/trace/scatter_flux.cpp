@@ -24,7 +24,7 @@ bool scatter_flat(const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi,
   out.weight = sample->weight;
   out.transmitted = sample->transmitted;
   if (surface.smooth && !sample->flat) {   // of a delta lobe
-    out.weight *= shading_normal_factor(surface.ns, surface.ng, wi, out.wi, most_normal_factor);
+    out.weight *= shading_normal_factor(bsdf.normal(sample->lobe), surface.ng, wi, out.wi, most_normal_factor);
   }
   return true;
 }
@@ -116,7 +116,7 @@ bool scatter_flux(const Scene& scene, const SurfacePoint& surface, const Bsdf& b
     if (!sample) return false;
     out = {sample->wi, sample->weight, sample->transmitted, false};
     if (!sample->flat) {
-      out.weight *= shading_normal_factor(surface.ns, surface.ng, wi, sample->wi, most_normal_factor);
+      out.weight *= shading_normal_factor(bsdf.normal(sample->lobe), surface.ng, wi, sample->wi, most_normal_factor);
     }
   }
   out.weight /= part;

@@ -14,8 +14,17 @@ T interpolate(const std::vector<T>& values, const glm::uvec3& i, float u, float 
   return (1 - u - v) * values[i.x] + u * values[i.y] + v * values[i.z];
 }
 
-// Tangent and handedness of the normal texture: the mesh's own, or from the texture coordinates' gradient.
-bool tangent_space(const Scene& scene, const SurfacePoint& s, Vec3& tangent, float& handedness) {
+// A texture that bends normals, if it is used, and how much.
+struct NormalTexture {
+  const TextureSlot& slot;
+  float scale;
+};
+
+NormalTexture normal_texture(const Material& m) { return {m.normal_texture, m.normal_scale}; }
+NormalTexture clearcoat_normal_texture(const Material& m) { return {m.clearcoat_normal_texture, m.clearcoat_normal_scale}; }
+
+// Tangent and handedness of a normal texture: the mesh's own, or from the texture coordinates' gradient.
+bool tangent_space(const Scene& scene, const SurfacePoint& s, const TextureSlot& slot, Vec3& tangent, float& handedness) {
   const Affine& m = scene.instances[s.instance].to_world;
   const float orientation = is_mirrored(m) ? -1.0f : 1.0f;
   if (!s.mesh->tangents.empty()) {
@@ -24,7 +33,6 @@ bool tangent_space(const Scene& scene, const SurfacePoint& s, Vec3& tangent, flo
     handedness = t.w < 0 ? -orientation : orientation;
     return true;
   }
-  const TextureSlot& slot = s.material->normal_texture;
   const auto& uv = s.mesh->uv[slot.uv_set];
   if (uv.empty()) return false;
   const glm::mat2 turn(slot.uv_transform[0], slot.uv_transform[1]);   // tangents are the picture's axes
@@ -41,25 +49,25 @@ bool tangent_space(const Scene& scene, const SurfacePoint& s, Vec3& tangent, flo
 }
 
 // `n` is the unit interpolated normal of the front face.
-Vec3 apply_normal_texture(const Scene& scene, const SurfacePoint& s, const Vec3& n) {
+Vec3 apply_normal_texture(const Scene& scene, const SurfacePoint& s, const NormalTexture& texture, const Vec3& n) {
   Vec3 tangent;
   float handedness = 1;
-  if (!tangent_space(scene, s, tangent, handedness)) return n;
+  if (!tangent_space(scene, s, texture.slot, tangent, handedness)) return n;
   tangent -= n * glm::dot(n, tangent);
   const float length = glm::length(tangent);
   if (!(length > 0)) return n;
   tangent /= length;
   const Vec3 bitangent = handedness * glm::cross(n, tangent);
-  const Vec4 texel = lookup(scene, s.material->normal_texture, s);
-  const float scale = s.material->normal_scale;
+  const Vec4 texel = lookup(scene, texture.slot, s);
+  const float scale = texture.scale;
   const Vec3 local{(2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1};
   const Vec3 bent = local.x * tangent + local.y * bitangent + local.z * n;
   const float bent_length = glm::length(bent);
   return bent_length > 0 ? bent / bent_length : n;
 }
 
-// Shading normal on the front side: interpolated, then bent by the normal texture.
-Vec3 front_shading_normal(const Scene& scene, const SurfacePoint& s, const Vec3& front_ng) {
+// Shading normal on the front side: interpolated, then bent by the texture.
+Vec3 front_shading_normal(const Scene& scene, const SurfacePoint& s, const NormalTexture& texture, const Vec3& front_ng) {
   Vec3 n = front_ng;
   if (!s.mesh->normals.empty()) {
     const auto& vertices = s.mesh->vertices;
@@ -70,8 +78,14 @@ Vec3 front_shading_normal(const Scene& scene, const SurfacePoint& s, const Vec3&
     const float length = glm::length(n);
     n = length > 0 && is_finite(n) ? n / length : front_ng;
   }
-  if (s.material->normal_texture.used()) n = apply_normal_texture(scene, s, n);
+  if (texture.slot.used()) n = apply_normal_texture(scene, s, texture, n);
   return n;
+}
+
+// Shading normal on the side of `ng`, for a ray from `wo`.
+Vec3 textured_normal(const Scene& scene, const SurfacePoint& s, const NormalTexture& texture, const Vec3& wo) {
+  const Vec3 front = front_shading_normal(scene, s, texture, s.front ? s.ng : -s.ng);
+  return shading_normal(s.front ? front : -front, s.ng, wo);
 }
 
 TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, std::uint32_t triangle) {
@@ -101,11 +115,13 @@ SurfacePoint seen_from(const Scene& scene, const SurfacePoint& surface, const Ve
     seen.ng = -surface.ng;
   }
   seen.ns = seen.ng;
-  if (seen.smooth) {
-    const Vec3 front_ns = front_shading_normal(scene, seen, seen.front ? seen.ng : -seen.ng);
-    seen.ns = shading_normal(seen.front ? front_ns : -front_ns, seen.ng, wo);
-  }
+  if (seen.smooth) seen.ns = textured_normal(scene, seen, normal_texture(*seen.material), wo);
   return seen;
+}
+
+Vec3 clearcoat_normal(const Scene& scene, const SurfacePoint& surface, const Vec3& wo) {
+  const Material& material = *surface.material;
+  return material.bends_normals() ? textured_normal(scene, surface, clearcoat_normal_texture(material), wo) : surface.ns;
 }
 
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
@@ -126,11 +142,8 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
   s.extent = std::max(flat.extent, world.moved);
   s.front = flat.side > 0;
   s.ng = s.ns = flat.ng;
-  s.smooth = kAllFeatures && (!s.mesh->normals.empty() || s.material->normal_texture.used());
-  if (s.smooth) {
-    const Vec3 front_ns = front_shading_normal(scene, s, s.front ? s.ng : -s.ng);
-    s.ns = shading_normal(s.front ? front_ns : -front_ns, s.ng, -ray.direction);
-  }
+  s.smooth = kAllFeatures && (!s.mesh->normals.empty() || s.material->bends_normals());
+  if (s.smooth) s.ns = textured_normal(scene, s, normal_texture(*s.material), -ray.direction);
   return s;
 }
 

@@ -57,6 +57,9 @@ TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, s
 /// The surface where `ray` meets the scene. `hit` must be found.
 SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
 
+/// The unit shading normal of the point's clear coat on the side of `ng`, for a ray that arrives from `wo`.
+Vec3 clearcoat_normal(const Scene& scene, const SurfacePoint& surface, const Vec3& wo);
+
 /// The same point as it is for a ray that arrives from the direction `wo`.
 SurfacePoint seen_from(const Scene& scene, const SurfacePoint& surface, const Vec3& wo);
 

@@ -22,6 +22,7 @@ class MaterialReader {
     specular();
     transmission();
     volume();
+    clearcoat();
     unlit();
     if (!status_) return status_.error();
     return out_;
@@ -98,12 +99,28 @@ class MaterialReader {
     if (distance < kMaxMagnitude) out_.attenuation_distance = static_cast<float>(distance);
   }
 
+  void clearcoat() {
+    const tinygltf::Value* from = extension(from_.extensions, "KHR_materials_clearcoat");
+    const std::string where = where_ + ".extensions.KHR_materials_clearcoat";
+    out_.clearcoat = static_cast<float>(number(from, "clearcoatFactor", 0));
+    if (out_.clearcoat == 0) return;
+    out_.clearcoat_texture = slot(member(from, "clearcoatTexture"), false, where + ".clearcoatTexture");
+    out_.clearcoat_roughness = static_cast<float>(number(from, "clearcoatRoughnessFactor", 0));
+    out_.clearcoat_roughness_texture =
+        slot(member(from, "clearcoatRoughnessTexture"), false, where + ".clearcoatRoughnessTexture");
+    const tinygltf::Value* normal = member(from, "clearcoatNormalTexture");
+    out_.clearcoat_normal_texture = slot(normal, false, where + ".clearcoatNormalTexture");
+    out_.clearcoat_normal_scale = bounded(number(normal, "scale", 1), where + ".clearcoatNormalTexture.scale");
+    if (out_.emissive()) build_.warnings.add("what a material emits is not dimmed by its clear coat", where_);
+  }
+
   void unlit() {
     if (!extension(from_.extensions, "KHR_materials_unlit")) return;
     build_.warnings.add("KHR_materials_unlit is shown as a diffuse surface under the scene's light", where_);
     out_.metallic = 0;
     out_.roughness = 1;
     out_.specular = 0;
+    out_.clearcoat = 0;
   }
 
   template <class Info>

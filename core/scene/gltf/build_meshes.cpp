@@ -107,9 +107,7 @@ std::uint32_t material_index(Build& build, int material) {
 
 void warn_of_missing_uv(Build& build, const Mesh& mesh, const std::string& where) {
   const Material& m = build.scene.materials[mesh.material];
-  for (const TextureSlot* slot :
-       {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emission_texture,
-        &m.specular_texture, &m.specular_color_texture, &m.transmission_texture}) {
+  for (const TextureSlot* slot : texture_slots(m)) {
     if (slot->used() && mesh.uv[slot->uv_set].empty()) {
       return build.warnings.add("the material's textures need a TEXCOORD set that is missing", where);
     }

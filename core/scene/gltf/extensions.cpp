@@ -6,9 +6,9 @@
 namespace photond::gltf {
 namespace {
 
-constexpr std::array<std::string_view, 12> kSupported = {
+constexpr std::array<std::string_view, 13> kSupported = {
     "EXT_mesh_gpu_instancing",         "EXT_texture_webp",      "KHR_lights_punctual",
-    "KHR_materials_emissive_strength", "KHR_materials_ior",     "KHR_materials_specular",
+    "KHR_materials_clearcoat",         "KHR_materials_emissive_strength", "KHR_materials_ior",     "KHR_materials_specular",
     "KHR_materials_transmission",      "KHR_materials_unlit",   "KHR_materials_volume",
     "KHR_mesh_quantization",           "KHR_texture_transform", "KHR_xmp_json_ld"};
 

@@ -122,7 +122,14 @@ constexpr Field kVolumeFields[] = {{"thicknessFactor", &kExtensionNonNegative},
                                    {"attenuationDistance", &kExtensionNonNegative},
                                    {"attenuationColor", &kUnitVec3}};
 constexpr Schema kVolume = object(kVolumeFields);
-constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_emissive_strength", &kStrength},
+constexpr Field kClearcoatFields[] = {{"clearcoatFactor", &kUnit},
+                                      {"clearcoatTexture", &kInfo},
+                                      {"clearcoatRoughnessFactor", &kUnit},
+                                      {"clearcoatRoughnessTexture", &kInfo},
+                                      {"clearcoatNormalTexture", &kInfo}};
+constexpr Schema kClearcoat = object(kClearcoatFields);
+constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_clearcoat", &kClearcoat},
+                                              {"KHR_materials_emissive_strength", &kStrength},
                                               {"KHR_materials_ior", &kIor},
                                               {"KHR_materials_specular", &kSpecular},
                                               {"KHR_materials_transmission", &kTransmission},

@@ -227,6 +227,7 @@ TEST(Gltf, ReadsMaterialExtensions) {
       "KHR_materials_specular": {"specularFactor": 0.7, "specularColorFactor": [1, 2, 3]},
       "KHR_materials_transmission": {"transmissionFactor": 0.8},
       "KHR_materials_volume": {"thicknessFactor": 2, "attenuationDistance": 3, "attenuationColor": [0.9, 0.8, 0.7]},
+      "KHR_materials_clearcoat": {"clearcoatFactor": 0.9, "clearcoatRoughnessFactor": 0.2},
       "KHR_materials_sheen": {}}})")});
   primitive(draft)["material"] = 0;
   const Scene scene = read(draft);
@@ -246,7 +247,10 @@ TEST(Gltf, ReadsMaterialExtensions) {
   EXPECT_FALSE(m.thin_walled);
   EXPECT_FLOAT_EQ(m.attenuation_distance, 3);
   EXPECT_EQ(m.attenuation_color, Rgb(0.9f, 0.8f, 0.7f));
+  EXPECT_FLOAT_EQ(m.clearcoat, 0.9f);
+  EXPECT_FLOAT_EQ(m.clearcoat_roughness, 0.2f);
   EXPECT_THAT(scene.warnings, Contains("materials[0]: KHR_materials_sheen ignored"));
+  EXPECT_THAT(scene.warnings, Contains("materials[0]: what a material emits is not dimmed by its clear coat"));
   EXPECT_FALSE(scene.environment.active());
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 struct Case {
   const char* name;
-  float metallic, roughness, specular, transmission;
+  float metallic, roughness, specular, transmission, clearcoat = 0, clearcoat_roughness = 0;
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -22,6 +22,8 @@ Material material(const Case& c) {
   m.specular = c.specular;
   m.specular_color = {0.9f, 0.7f, 1.0f};
   m.transmission = c.transmission;
+  m.clearcoat = c.clearcoat;
+  m.clearcoat_roughness = c.clearcoat_roughness;
   return m;
 }
 
@@ -56,7 +58,8 @@ TEST_P(EightDirections, AreEvaluatedAsOneAfterTheOther) {
       wi[k] = random_direction(rng);
       eight.x[k] = wi[k].x, eight.y[k] = wi[k].y, eight.z[k] = wi[k].z;
     }
-    for (const LobeMask mask : {kDiffuseLobe, kReflectionLobe, LobeMask{kDiffuseLobe | kReflectionLobe}}) {
+    for (const LobeMask mask : {kDiffuseLobe, kReflectionLobe, kClearcoatLobe, LobeMask{kDiffuseLobe | kReflectionLobe},
+                                LobeMask{kDiffuseLobe | kReflectionLobe | kClearcoatLobe}}) {
       const Vec3x8 found = Bsdf8(bsdf, mask).eval(eight);
       for (int k = 0; k < 8; ++k) {
         const Rgb expected = bsdf.eval(wi[k], mask, Transport::radiance);
@@ -73,7 +76,11 @@ INSTANTIATE_TEST_SUITE_P(Materials, EightDirections,
                          testing::Values(Case{"lambert", 0, 1, 0, 0}, Case{"plastic", 0, 0.5f, 1, 0},
                                          Case{"rough plastic", 0, 1, 1, 0}, Case{"varnish", 0, 0, 1, 0},
                                          Case{"metal", 1, 0.6f, 1, 0}, Case{"mirror", 1, 0, 1, 0},
-                                         Case{"mixed", 0.3f, 0.7f, 0.8f, 0.4f}));
+                                         Case{"mixed", 0.3f, 0.7f, 0.8f, 0.4f},
+                                         Case{"coated lambert", 0, 1, 0, 0, 1, 0},
+                                         Case{"coated plastic", 0, 0.5f, 1, 0, 0.8f, 0.6f},
+                                         Case{"coated metal", 1, 0.8f, 1, 0, 1, 0.6f},
+                                         Case{"coated mixed", 0.3f, 0.7f, 0.8f, 0.4f, 0.6f, 0.5f}));
 
 }  // namespace
 }  // namespace photond

@@ -58,6 +58,12 @@ Material mixed() {
   return m;
 }
 
+Material coated(Material m, float roughness, float amount = 1) {
+  m.clearcoat = amount;
+  m.clearcoat_roughness = roughness;
+  return m;
+}
+
 // A surface in the plane z = 0 seen from `wo`.
 struct Plane {
   Scene scene;
@@ -121,7 +127,10 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Combine(testing::Values(Case{"lambert", test::lambert(Rgb(0.7f))}, Case{"plastic .5", plastic(0.5f)},
                                      Case{"plastic 1", plastic(1)}, Case{"metal .4", metal(0.4f)},
                                      Case{"metal 1", metal(1)}, Case{"rough glass", rough_glass(0.6f, false)},
-                                     Case{"thin rough glass", rough_glass(0.6f, true)}, Case{"mixed", mixed()}),
+                                     Case{"thin rough glass", rough_glass(0.6f, true)}, Case{"mixed", mixed()},
+                                     Case{"coated lambert", coated(test::lambert(Rgb(0.7f)), 0.5f)},
+                                     Case{"coated metal", coated(metal(0.4f), 0.7f)},
+                                     Case{"coated mixed", coated(mixed(), 0.5f, 0.6f)}),
                      testing::Values(5.0f, 45.0f, 75.0f), testing::Bool()));
 
 // ∫ f cos over the sphere, by the sampler.
@@ -184,9 +193,45 @@ TEST(BsdfEnergy, WhitePlasticPassesTheFurnace) {
   }
 }
 
+// And so do two layers, whatever their roughness.
+TEST(BsdfEnergy, WhiteBelowAClearcoatPassesTheFurnace) {
+  for (const float roughness : {0.0f, 0.3f, 1.0f}) {
+    for (const float degrees : {0.0f, 45.0f, 80.0f}) {
+      for (const Material& m : {test::lambert(Rgb(1)), plastic(0, Rgb(1)), plastic(0.6f, Rgb(1)), test::mirror(Rgb(1))}) {
+        const Plane setup(coated(m, roughness));
+        const Sample a = albedo(setup.bsdf(direction(degrees)), Transport::radiance);
+        // A mirror keeps all but where the coat's lobe is lost below the horizon.
+        const double lost = m.metallic == 1 ? 0.45 * static_cast<double>(roughness * roughness) : 0;
+        EXPECT_LT(a.mean, 1 + 0.004 + 4 * a.standard_error()) << roughness << " at " << degrees;
+        EXPECT_GT(a.mean, 1 - lost - 0.004 - 4 * a.standard_error()) << roughness << " at " << degrees;
+      }
+    }
+  }
+}
+
+// A smooth coat reflects by Fresnel's law, and the mirror below loses as much.
+TEST(BsdfEnergy, ClearcoatTakesItsShareOfWhatIsBelow) {
+  const Plane setup(coated(test::mirror(Rgb(0.5f)), 0, 0.8f));
+  const Bsdf bsdf = setup.bsdf(direction(60));
+  const double fresnel = 0.8 * (0.04 + 0.96 * std::pow(0.5, 5));
+  EXPECT_EQ(bsdf.delta_lobes(), kReflectionLobe | kClearcoatLobe);
+  EXPECT_TRUE(agrees(albedo(bsdf, Transport::flux), fresnel + (1 - fresnel) * 0.5));
+}
+
+// Glass below it loses nothing on the way in, whatever side of a thin sheet is seen, and on the way out what cannot leave.
+TEST(BsdfEnergy, ClearcoatOverGlass) {
+  for (const float degrees : {0.0f, 70.0f}) {
+    EXPECT_TRUE(agrees(albedo(Plane(coated(test::glass(1.5f), 0)).bsdf(direction(degrees)), Transport::flux), 1));
+    const Plane thin(coated(rough_glass(0, true), 0), false);
+    EXPECT_TRUE(agrees(albedo(thin.bsdf(direction(degrees)), Transport::flux), 1));
+  }
+  const Plane inside(coated(test::glass(1.5f), 0), false);
+  EXPECT_TRUE(agrees(albedo(inside.bsdf({0, 0, 1}), Transport::flux), 0.04 + 0.96 * 0.96));
+}
+
 TEST(BsdfEnergy, NothingReflectsMoreThanItGets) {
   for (const Material& m : {metal(0.1f), metal(0.5f), metal(1), rough_glass(0.5f, false), rough_glass(0.5f, true),
-                            mixed()}) {
+                            mixed(), coated(metal(1), 0.2f), coated(mixed(), 0.8f)}) {
     for (const bool front : {true, false}) {
       const Plane setup(m, front);
       const Sample a = albedo(setup.bsdf(direction(50)), Transport::flux);
@@ -197,7 +242,8 @@ TEST(BsdfEnergy, NothingReflectsMoreThanItGets) {
 }
 
 TEST(BsdfReciprocity, OpaqueLobesAreSymmetric) {
-  for (const Material& m : {test::lambert(Rgb(0.5f)), plastic(0.3f), plastic(1), metal(0.6f), mixed()}) {
+  for (const Material& m : {test::lambert(Rgb(0.5f)), plastic(0.3f), plastic(1), metal(0.6f), mixed(),
+                            coated(test::lambert(Rgb(0.5f)), 0), coated(plastic(0.5f), 0.7f), coated(metal(0.6f), 0.4f)}) {
     const Plane setup(m);
     for (const float degrees : {10.0f, 40.0f, 70.0f}) {
       const Vec3 a = direction(degrees);
@@ -211,16 +257,17 @@ TEST(BsdfReciprocity, OpaqueLobesAreSymmetric) {
 
 // f(o→i)/η_i² = f(i→o)/η_o² for refraction [Veach 1997, eq. 5.14].
 TEST(BsdfReciprocity, RoughRefractionIsSymmetricUpToTheIndex) {
-  const Material m = rough_glass(0.7f, false);
-  const Plane outside(m, true);
-  const Plane inside(m, false);
-  const Vec3 out = direction(40);
-  const Vec3 in = -direction(30, 0.9f);
-  const float forth = outside.bsdf(out).eval(in, kGlassLobe, Transport::radiance).x;
-  // Seen from inside, the local frame points inwards: mirror both directions.
-  const float back = inside.bsdf(-in).eval(-out, kGlassLobe, Transport::radiance).x;
-  EXPECT_GT(forth, 0);
-  EXPECT_NEAR(forth * 1.5f * 1.5f, back, 1e-3f * back);
+  for (const Material& m : {rough_glass(0.7f, false), coated(rough_glass(0.7f, false), 0.3f)}) {
+    const Plane outside(m, true);
+    const Plane inside(m, false);
+    const Vec3 out = direction(40);
+    const Vec3 in = -direction(30, 0.9f);
+    const float forth = outside.bsdf(out).eval(in, kGlassLobe, Transport::radiance).x;
+    // Seen from inside, the local frame points inwards: mirror both directions.
+    const float back = inside.bsdf(-in).eval(-out, kGlassLobe, Transport::radiance).x;
+    EXPECT_GT(forth, 0);
+    EXPECT_NEAR(forth * 1.5f * 1.5f, back, 1e-3f * back);
+  }
 }
 
 TEST(BsdfContinuity, RoughnessApproachesTheMirror) {

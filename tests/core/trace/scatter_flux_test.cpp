@@ -35,6 +35,18 @@ Material rough_glass() {
   return m;
 }
 
+Material coated(Material m, float roughness) {
+  m.clearcoat = 1;
+  m.clearcoat_roughness = roughness;
+  return m;
+}
+
+// Bumps below a smooth coat, all alike.
+Material bumpy(Material m) {
+  m.normal_texture.texture = 0;
+  return m;
+}
+
 // The plane z = 0, all of whose shading normals are tilted by as many degrees towards x.
 struct Tilted {
   Scene scene = test::empty_scene();
@@ -43,6 +55,10 @@ struct Tilted {
     Mesh mesh = test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
     const float angle = degrees * kPi / 180;
     mesh.normals.assign(mesh.positions.size(), {std::sin(angle), 0, std::cos(angle)});
+    mesh.uv[0].clear();
+    for (const Vec3& p : mesh.positions) mesh.uv[0].emplace_back(p.x, 1 - p.y);
+    scene.images.push_back({.width = 1, .height = 1, .u8 = {160, 90, 235, 255}});
+    scene.textures.push_back({});
     test::add_mesh(scene, std::move(mesh), test::add_material(scene, material));
     scene = test::prepared(std::move(scene))->scene;
   }
@@ -115,7 +131,10 @@ INSTANTIATE_TEST_SUITE_P(
     Materials, ScatterFlux,
     testing::Combine(testing::Values(Case{"lambert", test::lambert(Rgb(0.7f))}, Case{"plastic", plastic(0.6f)},
                                      Case{"glossy plastic", plastic(0.4f)}, Case{"metal", metal(0.7f)},
-                                     Case{"rough glass", rough_glass()}),
+                                     Case{"rough glass", rough_glass()},
+                                     Case{"coated lambert", coated(test::lambert(Rgb(0.7f)), 0.7f)},
+                                     Case{"coated glossy plastic", coated(plastic(0.4f), 0.3f)},
+                                     Case{"coated bumps", bumpy(coated(test::lambert(Rgb(0.7f)), 0.7f))}),
                      testing::Values(0.0f, 10.0f, 45.0f), testing::Values(0.2f, 0.8f)));
 
 // A smooth coat reflects as a mirror, about its tilted normal; the base below it as above.

@@ -278,6 +278,31 @@ TEST(Surface, NormalTexturesBendTowardsTheTurnedPicturesAxes) {
   EXPECT_GT(glm::distance(bent(kinds[3], false), straight), 0.4f) << "a quarter of a turn";
 }
 
+// A coat is as smooth as the mesh where the base is bumpy, or has bumps of its own.
+TEST(Surface, ClearcoatsHaveTheirOwnNormals) {
+  for (const bool bumpy_coat : {false, true}) {
+    Scene scene = test::empty_scene();
+    scene.images.push_back({.width = 1, .height = 1, .u8 = {204, 128, 230, 255}});
+    scene.textures.push_back({});
+    Material material = test::lambert(Rgb(0.5f));
+    material.clearcoat = 1;
+    (bumpy_coat ? material.clearcoat_normal_texture : material.normal_texture).texture = 0;
+    Mesh mesh = test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    mesh.uv[0].clear();
+    for (const Vec3& p : mesh.positions) mesh.uv[0].emplace_back(p.x, 1 - p.y);
+    test::add_mesh(scene, std::move(mesh), test::add_material(scene, material));
+    const auto prepared = test::prepared(std::move(scene));
+    const Ray ray{{0.3f, 0.4f, 1}, {0, 0, -1}};
+    const SurfacePoint surface = make_surface(prepared->scene, ray, prepared->accel.intersect(ray));
+    const Vec3 coat = clearcoat_normal(prepared->scene, surface, -ray.direction);
+    EXPECT_TRUE(surface.smooth);
+    const Vec3 &bumpy = bumpy_coat ? coat : surface.ns, &flat = bumpy_coat ? surface.ns : coat;
+    EXPECT_EQ(flat, Vec3(0, 0, 1));
+    EXPECT_NEAR(bumpy.x, 0.6, 0.01);
+    EXPECT_NEAR(bumpy.z, 0.8, 0.01);
+  }
+}
+
 // Transforms apply to coordinates that a mesh does not have, too, whether colour or alpha is looked up.
 TEST(Surface, WithoutCoordinatesTheTextureIsReadAtItsTransformedOrigin) {
   Scene scene;

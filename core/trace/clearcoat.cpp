@@ -1,0 +1,74 @@
+// KHR_materials_clearcoat.
+#include "core/trace/clearcoat.h"
+
+#include <cmath>
+
+#include "core/trace/layer.h"
+
+namespace photond {
+
+namespace {
+
+constexpr float kMinCos = 1e-4f;   // of wo, as in Bsdf
+
+// Gauss and Legendre: places in (0, 1) and their weights.
+constexpr int kPlaces = 8;
+constexpr float kPlace[kPlaces] = {0.0198550718f, 0.1016667613f, 0.2372337950f, 0.4082826788f,
+                                   0.5917173212f, 0.7627662050f, 0.8983332387f, 0.9801449282f};
+constexpr float kWeight[kPlaces] = {0.0506142681f, 0.1111905172f, 0.1568533229f, 0.1813418917f,
+                                    0.1813418917f, 0.1568533229f, 0.1111905172f, 0.0506142681f};
+
+}  // namespace
+
+Clearcoat::Clearcoat(float amount, float alpha, const Vec3& normal, const Vec3& wo, bool beyond)
+    : frame_(normal), wo_(frame_.to_local(wo)), amount_(amount), alpha_(alpha), beyond_(beyond) {
+  wo_.z = std::max(wo_.z, kMinCos);
+  through_out_ = through(wo_.z);
+}
+
+float Clearcoat::through(float cosine) const {
+  const LayerAlbedo e = layer_albedo(cosine, alpha_);
+  return 1 - amount_ * (kF0 * e.a + e.b);
+}
+
+float Clearcoat::through(const Vec3& w) const {
+  const float cosine = glm::dot(w, frame_.n);
+  return through(std::clamp(beyond_ ? -cosine : cosine, 0.0f, 1.0f));
+}
+
+float Clearcoat::mean_through(float layer_f0, float layer_f90, float layer_alpha) const {
+  float sum = 0;
+  for (int i = 0; i < kPlaces; ++i) {
+    const LayerAlbedo e = layer_albedo(kPlace[i], layer_alpha);
+    const float below = std::max(0.0f, 1 - (layer_f0 * e.a + layer_f90 * e.b));
+    sum += 2 * kPlace[i] * kWeight[i] * below * through(kPlace[i]);
+  }
+  return sum;
+}
+
+float Clearcoat::scattered(const Vec3& wi_world) const {
+  const Vec3 wi = frame_.to_local(wi_world);
+  const Vec3 sum = wo_ + wi;
+  const float length = glm::length(sum);
+  if (smooth() || wi.z <= 0 || !(length > 0)) return 0;
+  const Vec3 h = sum / length;
+  return ggx_d(h, alpha_) * ggx_g2(wo_, wi, alpha_) / (4 * wo_.z) * fresnel(glm::dot(wo_, h));
+}
+
+float Clearcoat::pdf(const Vec3& wi_world) const {
+  const Vec3 wi = frame_.to_local(wi_world);
+  if (wi.z <= 0) return 0;
+  const Vec3 h = glm::normalize(wo_ + wi);
+  return ggx_visible_pdf(wo_, h, alpha_) / (4 * glm::dot(wo_, h));
+}
+
+Vec3 Clearcoat::sample(const Vec2& u) const {
+  const Vec3 h = ggx_sample_visible(wo_, alpha_, u);
+  return frame_.to_world(2 * glm::dot(wo_, h) * h - wo_);
+}
+
+Clearcoat Clearcoat::turned(const Vec3& normal) const {
+  return {amount_, alpha_, normal, frame_.to_world(wo_), beyond_};
+}
+
+}  // namespace photond
