@@ -161,6 +161,13 @@ PlanItem gloss_item(const PreparedScene& scene, const Plan& plan) {
                               : "the method stores no photons"};
 }
 
+PlanItem touching_item(std::size_t triangles) {
+  return {"touching_glass", triangles > 0,
+          triangles == 0 ? "no glass lies exactly on another surface"
+                         : std::to_string(triangles) + " triangles of glass lie exactly on another surface, and are held apart: "
+                           "by a gap, liquids and glass by an overlap"};
+}
+
 PlanItem shares_item(bool caustics, bool extended) {
   return {"mis_merge", caustics && extended,
           !caustics  ? "there are no caustics to share"
@@ -207,6 +214,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
   plan.items.push_back({"volume_absorption", features.absorption,
                         features.absorption ? "a transmitting volume has an attenuation colour"
                                             : "no volume absorbs light"});
+  plan.items.push_back(touching_item(scene.touching_glass));
   plan.items.push_back({"alpha_test", features.alpha,
                         features.alpha ? "a material is masked or blended" : "every material is opaque"});
   plan.items.push_back({"clearcoat", features.clearcoat,

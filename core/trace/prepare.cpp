@@ -9,6 +9,7 @@
 #include "core/math/transform.h"
 #include "core/trace/casters.h"
 #include "core/trace/enclosing.h"
+#include "core/trace/touching.h"
 
 namespace photond {
 
@@ -160,6 +161,7 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
   place_single_meshes(prepared->scene);
   dropped += drop_coincident_emitters(prepared->scene);
   warn_of_dropped(prepared->scene, dropped);
+  prepared->touching_glass = separate_touching(prepared->scene);
   make_vertices(prepared->scene);
   prepared->bounds = world_bounds(prepared->scene);
   for (const Instance& instance : prepared->scene.instances) {

@@ -31,6 +31,7 @@ struct PreparedScene {
   std::vector<Medium> light_media;   ///< the volumes around each light; empty where nothing absorbs
   bool shares_gloss = false;         ///< whether photons that come by way of a caster are stored on gloss
   std::vector<PlacedMesh> placed;    ///< for each instance, and none
+  std::size_t touching_glass = 0;    ///< placed triangles of glass that were held apart from others (separate_touching)
   std::uint64_t triangle_count = 0;  ///< placed triangles: instances counted each
   std::uint64_t memory_bytes = 0;    ///< estimate: scene, textures, accelerator and lights
 

@@ -57,6 +57,34 @@ TEST(Volumes, AbsorbLightThatIsSampledThroughTheirBorder) {
   EXPECT_NEAR(seen(1, within, below) / clear_out, std::exp2(-1.9), 0.02);
 }
 
+// Liquid in contact with glass, both with colours: a ray that jumps over one of both borders takes its colour along.
+TEST(Volumes, ThatTouchAbsorbAsThoseThatOverlap) {
+  const auto seen = [](float overlap, Method method) {
+    Scene scene = empty_scene();
+    const auto coloured = [&](float ior, const Rgb& color) {
+      Material m = glass(ior);
+      m.attenuation_color = color;
+      m.attenuation_distance = 0.3f;
+      return add_material(scene, m);
+    };
+    add_mesh(scene, box({-1, 0, -1}, {1, 0.2f, 1}), coloured(1.5f, {0.5f, 0.9f, 0.9f}));
+    add_mesh(scene, box({-1, -0.3f, -1}, {1, overlap, 1}), coloured(1.33f, {0.9f, 0.6f, 0.9f}));
+    add_mesh(scene, parallelogram({-2, -2, 2}, {4, 0, 0}, {0, 0, -4}), add_material(scene, emitter(Rgb(1))));
+    const Look look{.from = {0.1f, 1.2f, 0.1f}, .at = {0, 0, 0}, .passes = 40, .side = 8};
+    return see(prepared(std::move(scene)), method, 1, look);
+  };
+  for (const Method method : {Method::path, Method::hybrid}) {
+    const auto touching = seen(0, method), overlapping = seen(1e-3f, method);
+    for (std::size_t channel : {0u, 1u}) {
+      const double error = std::hypot(touching[channel].standard_error(), overlapping[channel].standard_error());
+      // A millimetre of glass and liquid absorb up to .4 %.
+      EXPECT_NEAR(touching[channel].mean, overlapping[channel].mean, 0.005 * overlapping[channel].mean + kSigmas * error)
+          << method_name(method) << channel;
+      EXPECT_GT(touching[channel].mean, 0.2);
+    }
+  }
+}
+
 // Rays of an orthographic camera start beside one another: one in a liquid, the next not.
 TEST(Volumes, OrthographicCamerasMayStandInSeveral) {
   Scene scene = empty_scene();
