@@ -46,7 +46,7 @@ GlbDraft::GlbDraft() {
 
 std::vector<std::byte> GlbDraft::pack() const {
   nlohmann::json document = json;
-  document["buffers"] = json::array({{{"byteLength", bin.size()}}});
+  document["buffers"][0] = {{"byteLength", bin.size()}};
   return make_glb(document, bin);
 }
 

@@ -25,7 +25,7 @@ std::size_t put(std::string& bin, const std::vector<T>& values) {
 }
 
 /// A file that a test changes before it is packed. It starts as one triangle (0,0,0), (1,0,0), (0,1,0) on one
-/// node: accessor 0 holds the positions.
+/// node: accessor 0 holds the positions. Buffer 0 is the BIN chunk; a test may add others.
 struct GlbDraft {
   nlohmann::json json;
   std::string bin;

@@ -4,8 +4,6 @@
 
 #include "core/scene/gltf/accessor.h"
 #include "core/scene/gltf/check.h"
-#include "core/scene/gltf/extensions.h"
-#include "core/scene/gltf/value.h"
 
 namespace photond::gltf {
 namespace {
@@ -116,14 +114,7 @@ Status check_primitive(const tinygltf::Model& model, const tinygltf::Primitive& 
     return s;
   if (Status s = check_attributes(model, primitive, where); !s) return s;
   if (Status s = check_indices(model, primitive, where + ".indices"); !s) return s;
-  if (Status s = check_targets(model, primitive, where); !s) return s;
-  const auto position = primitive.attributes.find("POSITION");
-  const bool compressed = extension(primitive.extensions, "KHR_draco_mesh_compression") != nullptr;
-  if (compressed && position != primitive.attributes.end() &&
-      model.accessors[position->second].bufferView < 0) {
-    return draco_unsupported(where);
-  }
-  return Done{};
+  return check_targets(model, primitive, where);
 }
 
 }  // namespace

@@ -6,11 +6,12 @@
 namespace photond::gltf {
 namespace {
 
-constexpr std::array<std::string_view, 13> kSupported = {
-    "EXT_mesh_gpu_instancing",         "EXT_texture_webp",      "KHR_lights_punctual",
-    "KHR_materials_clearcoat",         "KHR_materials_emissive_strength", "KHR_materials_ior",     "KHR_materials_specular",
-    "KHR_materials_transmission",      "KHR_materials_unlit",   "KHR_materials_volume",
-    "KHR_mesh_quantization",           "KHR_texture_transform", "KHR_xmp_json_ld"};
+constexpr std::array<std::string_view, 15> kSupported = {
+    "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression", "EXT_texture_webp",
+    "KHR_draco_mesh_compression", "KHR_lights_punctual",     "KHR_materials_clearcoat",
+    "KHR_materials_emissive_strength", "KHR_materials_ior",  "KHR_materials_specular",
+    "KHR_materials_transmission", "KHR_materials_unlit",     "KHR_materials_volume",
+    "KHR_mesh_quantization",      "KHR_texture_transform",   "KHR_xmp_json_ld"};
 
 }  // namespace
 
@@ -26,10 +27,6 @@ Status check_required_extensions(const std::vector<std::string>& required) {
                  "extensionsRequired[" + std::to_string(i) + "]"};
   }
   return Done{};
-}
-
-Error draco_unsupported(const std::string& where) {
-  return {ErrorCode::unsupported, "KHR_draco_mesh_compression is not supported", where};
 }
 
 }  // namespace photond::gltf

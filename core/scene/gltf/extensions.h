@@ -14,7 +14,4 @@ bool is_supported_extension(std::string_view name);
 /// An ErrorCode::unsupported naming the first extension that the file requires and photond does not read.
 Status check_required_extensions(const std::vector<std::string>& required);
 
-/// What is said of a primitive whose data is only there compressed.
-Error draco_unsupported(const std::string& where);
-
 }  // namespace photond::gltf

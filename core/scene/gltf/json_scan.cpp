@@ -129,6 +129,9 @@ class Scanner {
   void enter(Role role) {
     if (role == Role::buffer) scan_.buffers.emplace_back();
     if (role == Role::node) ++scan_.nodes;
+    if (role == Role::draco) scan_.draco = true;
+    if (role == Role::meshopt) scan_.meshopt = true;
+    if (role == Role::buffer_fallback) scan_.buffers.back().fallback = text_.peek() == 't';
   }
 
   bool wrong_kind(const Schema& schema) { return fail("must be " + std::string(kind_name(schema.kind))); }

@@ -14,7 +14,17 @@
 namespace photond::gltf {
 
 /// Values the scan hands back, because they decide whether the file may be loaded at all.
-enum class Role : std::uint8_t { none, buffer, buffer_uri, buffer_length, node, extension_required };
+enum class Role : std::uint8_t {
+  none,
+  buffer,
+  buffer_uri,
+  buffer_length,
+  buffer_fallback,
+  node,
+  extension_required,
+  draco,
+  meshopt
+};
 
 struct Schema;
 
@@ -45,6 +55,7 @@ struct Schema {
 struct BufferDeclaration {
   std::string uri;
   std::uint64_t byte_length = 0;
+  bool fallback = false;  ///< of EXT_meshopt_compression: for readers without that
 };
 
 /// What the scan found on its way.
@@ -52,6 +63,8 @@ struct JsonScan {
   std::vector<BufferDeclaration> buffers;
   std::vector<std::string> extensions_required;
   std::uint64_t nodes = 0;
+  bool draco = false;    ///< a primitive is compressed by KHR_draco_mesh_compression
+  bool meshopt = false;  ///< a buffer view is compressed by EXT_meshopt_compression
   std::map<std::string, std::size_t, std::less<>> counts;  ///< elements of each array at the top
 };
 

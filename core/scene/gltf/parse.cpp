@@ -5,11 +5,12 @@
 #include <type_traits>
 
 #include "core/scene/gltf/check.h"
+#include "core/scene/gltf/decompress.h"
 #include "core/scene/gltf/extensions.h"
 #include "core/scene/gltf/json_scan.h"
+#include "core/scene/gltf/plain_json.h"
 #include "core/scene/gltf/schema.h"
 #include "core/scene/gltf/uri.h"
-#include "core/scene/gltf/value.h"
 
 namespace photond::gltf {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 /// What tinygltf's callbacks need: which buffer it is at, and where to ask.
 struct LoadState {
   const tinygltf::Model& model;
+  const Container& container;
   const JsonScan& scan;
   const ResourceReader& resources;
   std::optional<Error> error;
@@ -43,10 +45,15 @@ Result<std::vector<std::byte>> buffer_bytes(const std::string& uri, const Resour
 }
 
 /// Answers tinygltf's wish for the file of the buffer it is at. The URI is taken from the scan, as the file has
-/// it, and not from tinygltf, which has decoded it in its own way.
+/// it, and not from tinygltf, which has decoded it in its own way. A buffer without a URI is the BIN chunk.
 bool read_buffer(std::vector<unsigned char>* out, LoadState& state) {
   const std::size_t index = state.model.buffers.size();
   const BufferDeclaration& wanted = state.scan.buffers[index];
+  if (wanted.uri.empty()) {
+    const auto* first = reinterpret_cast<const unsigned char*>(state.container.bin.data());
+    out->assign(first, first + wanted.byte_length);
+    return true;
+  }
   const Result<std::vector<std::byte>> bytes =
       buffer_bytes(wanted.uri, state.resources, place("buffers", index) + ".uri");
   if (!bytes) {
@@ -108,14 +115,14 @@ bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, 
   return true;
 }
 
-Status check_buffers(const std::vector<BufferDeclaration>& buffers, const Container& container) {
-  for (std::size_t i = 0; i < buffers.size(); ++i) {
+Status check_buffers(const JsonScan& scan, const Container& container) {
+  for (std::size_t i = 0; i < scan.buffers.size(); ++i) {
     const std::string where = place("buffers", i);
-    if (!buffers[i].uri.empty()) continue;
+    if (!scan.buffers[i].uri.empty() || is_placeholder(scan, i, container.binary)) continue;
     if (!container.binary) return invalid_input("buffer has no uri", where);
     // Only the first buffer may stand for the BIN chunk; tinygltf would copy it for every one.
     if (i > 0) return invalid_input("only the first buffer of a GLB may lack a uri", where);
-    if (buffers[i].byte_length > container.bin.size()) {
+    if (scan.buffers[i].byte_length > container.bin.size()) {
       return invalid_input("byteLength exceeds the BIN chunk", where);
     }
   }
@@ -132,7 +139,6 @@ std::optional<Error> indices_without_data(const tinygltf::Model& model) {
       if (Status s = check_index(primitive.indices, model.accessors.size(), where + ".indices"); !s) return s.error();
       const int view = model.accessors[primitive.indices].bufferView;
       if (view >= 0 && static_cast<std::size_t>(view) < model.bufferViews.size()) continue;
-      if (extension(primitive.extensions, "KHR_draco_mesh_compression")) return draco_unsupported(where);
       return invalid_input("the accessor has no buffer view that exists", where + ".indices");
     }
   }
@@ -166,18 +172,35 @@ Status run_tinygltf(std::span<const std::byte> bytes, const Container& container
   if (!set_callbacks(loader, state)) return Error{ErrorCode::internal, "tinygltf refuses its callbacks", {}};
   loader.SetImageLoader(keep_encoded, nullptr);
   std::string error, warning;
+  const bool compressed = state.scan.draco || state.scan.meshopt;
+  const std::string plain = compressed ? plain_json(container, state.scan) : "";
+  const std::string_view json = compressed ? plain : container.json;
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
-  const std::string_view json = container.json;
-  const auto size = static_cast<unsigned>(container.binary ? bytes.size() : json.size());
-  const bool loaded = container.binary
-                          ? loader.LoadBinaryFromMemory(&model, &error, &warning, data, size)
-                          : loader.LoadASCIIFromString(&model, &error, &warning, json.data(), size, "");
+  const bool loaded =
+      container.binary && !compressed
+          ? loader.LoadBinaryFromMemory(&model, &error, &warning, data, static_cast<unsigned>(bytes.size()))
+          : loader.LoadASCIIFromString(&model, &error, &warning, json.data(), static_cast<unsigned>(json.size()), "");
   if (loaded) return Done{};
   if (state.error) return *state.error;
   if (const auto missing = indices_without_data(model)) return *missing;
   while (!error.empty() && (error.back() == '\n' || error.back() == '.')) error.pop_back();
   if (error.size() > 300) error.resize(300);
   return invalid_input(error.empty() ? "cannot be parsed" : error, failing_place(model, state.scan));
+}
+
+/// Makes ordinary data of compressed data.
+Status decompress(tinygltf::Model& model, const JsonScan& scan, const Container& container, const SceneLimits& limits) {
+  DecompressionBudget budget{limits.max_decompressed_bytes};
+  for (std::size_t i = 0; i < scan.buffers.size(); ++i) {
+    if (is_placeholder(scan, i, container.binary)) model.buffers[i].data.clear();
+  }
+  if (scan.meshopt) {
+    if (Status s = decompress_views(model, scan.buffers, budget); !s) return s;
+  }
+  if (!scan.draco) return Done{};
+  if (Status s = check_buffer_views(model); !s) return s;
+  if (Status s = check_accessors(model, limits); !s) return s;
+  return decompress_primitives(model, budget);
 }
 
 }  // namespace
@@ -194,12 +217,13 @@ Result<Parsed> parse_model(std::span<const std::byte> bytes, const ResourceReade
   if (materials != scan->counts.end() && materials->second > limits.max_materials)
     return Error{ErrorCode::limit_exceeded, "the file has too many materials", "materials"};
   if (Status status = check_required_extensions(scan->extensions_required); !status) return status.error();
-  if (Status status = check_buffers(scan->buffers, *container); !status) return status.error();
+  if (Status status = check_buffers(*scan, *container); !status) return status.error();
 
   Parsed parsed{.binary = container->binary};
-  LoadState state{parsed.model, *scan, resources, {}};
+  LoadState state{parsed.model, *container, *scan, resources, {}};
   try {
     if (Status status = run_tinygltf(bytes, *container, state, parsed.model); !status) return status.error();
+    if (Status status = decompress(parsed.model, *scan, *container, limits); !status) return status.error();
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::limit_exceeded, "the file needs more memory than there is", {}};
   } catch (const std::exception& exception) {

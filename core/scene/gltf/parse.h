@@ -17,8 +17,8 @@ struct Parsed {
 };
 
 /// Scans the JSON, refuses what needs unknown extensions, and runs tinygltf with callbacks that only reach
-/// `resources`. Buffers are loaded; images are left encoded: `image.image` holds the file of a data URI, all
-/// others keep `uri` or `bufferView`.
+/// `resources`. Buffers are loaded, and compressed data is made ordinary; images are left encoded: `image.image` holds
+/// the file of a data URI, all others keep `uri` or `bufferView`.
 Result<Parsed> parse_model(std::span<const std::byte> bytes, const ResourceReader& resources,
                            const SceneLimits& limits);
 

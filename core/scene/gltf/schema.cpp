@@ -18,6 +18,7 @@ constexpr Schema kExtensionNonNegative{.kind = Kind::number, .min = 0, .narrow_i
 constexpr Schema kIndex{.kind = Kind::integer, .min = 0, .max = kMaxIndex};
 constexpr Schema kSize{.kind = Kind::integer, .min = 0, .max = kMaxSize};
 constexpr Schema kLength{.kind = Kind::integer, .min = 1, .max = kMaxSize};
+constexpr Schema kCount{.kind = Kind::integer, .min = 1, .max = kMaxIndex};
 constexpr Schema kObject{.kind = Kind::object};
 constexpr Schema kObjects{.kind = Kind::array, .items = &kObject};
 constexpr Schema kNumbers{.kind = Kind::array, .items = &kNumber};
@@ -30,6 +31,9 @@ constexpr Schema numbers(std::size_t n, const Schema& item = kNumber) {
   return {.kind = Kind::array, .items = &item, .min_items = n, .max_items = n};
 }
 constexpr Schema object(std::span<const Field> fields) { return {.kind = Kind::object, .fields = fields}; }
+constexpr Schema extensions(std::span<const Field> fields) {
+  return {.kind = Kind::object, .fields = fields, .others = &kObject};
+}
 constexpr Schema list(const Schema& item) { return {.kind = Kind::array, .items = &item}; }
 
 constexpr Schema kVec3 = numbers(3), kVec4 = numbers(4), kMatrix = numbers(16);
@@ -46,21 +50,33 @@ constexpr Field kAssetFields[] = {{"version", &kString, true},
 constexpr Schema kAsset = object(kAssetFields);
 constexpr Schema kBufferUri{.kind = Kind::string, .role = Role::buffer_uri};
 constexpr Schema kBufferLength{.kind = Kind::integer, .role = Role::buffer_length, .min = 1, .max = kMaxSize};
-constexpr Field kBufferFields[] = {
-    {"uri", &kBufferUri}, {"byteLength", &kBufferLength, true}, {"name", &kString}, {"extensions", &kObject}};
+constexpr Schema kFallback{.kind = Kind::boolean, .role = Role::buffer_fallback};
+constexpr Field kFallbackFields[] = {{"fallback", &kFallback}};
+constexpr Schema kFallbackBuffer = object(kFallbackFields);
+constexpr Field kBufferExtensionFields[] = {{"EXT_meshopt_compression", &kFallbackBuffer}};
+constexpr Schema kBufferExtensions = extensions(kBufferExtensionFields);
+constexpr Field kBufferFields[] = {{"uri", &kBufferUri},
+                                   {"byteLength", &kBufferLength, true},
+                                   {"name", &kString},
+                                   {"extensions", &kBufferExtensions}};
 constexpr Schema kBuffer{.kind = Kind::object, .role = Role::buffer, .fields = kBufferFields};
+constexpr Field kMeshoptFields[] = {
+    {"buffer", &kIndex, true}, {"byteOffset", &kIndex},  {"byteLength", &kCount, true}, {"byteStride", &kCount, true},
+    {"count", &kCount, true},  {"mode", &kString, true}, {"filter", &kString}};
+constexpr Schema kMeshopt{.kind = Kind::object, .role = Role::meshopt, .fields = kMeshoptFields};
+constexpr Field kViewExtensionFields[] = {{"EXT_meshopt_compression", &kMeshopt}};
+constexpr Schema kViewExtensions = extensions(kViewExtensionFields);
 constexpr Field kViewFields[] = {
-    {"buffer", &kIndex, true}, {"byteOffset", &kSize}, {"byteLength", &kLength, true}, {"byteStride", &kSize},
-    {"target", &kIndex},       {"name", &kString},     {"extensions", &kObject}};
+    {"buffer", &kIndex, true}, {"byteOffset", &kSize}, {"byteLength", &kLength, true},   {"byteStride", &kSize},
+    {"target", &kIndex},       {"name", &kString},     {"extensions", &kViewExtensions}};
 constexpr Schema kView = object(kViewFields);
 constexpr Field kSparseIndicesFields[] = {
     {"bufferView", &kIndex, true}, {"byteOffset", &kIndex}, {"componentType", &kIndex, true}};
 constexpr Schema kSparseIndices = object(kSparseIndicesFields);
 constexpr Field kSparseValuesFields[] = {{"bufferView", &kIndex, true}, {"byteOffset", &kIndex}};
 constexpr Schema kSparseValues = object(kSparseValuesFields);
-constexpr Schema kSparseCount{.kind = Kind::integer, .min = 1, .max = kMaxIndex};
 constexpr Field kSparseFields[] = {
-    {"count", &kSparseCount, true}, {"indices", &kSparseIndices, true}, {"values", &kSparseValues, true}};
+    {"count", &kCount, true}, {"indices", &kSparseIndices, true}, {"values", &kSparseValues, true}};
 constexpr Schema kSparse = object(kSparseFields);
 constexpr Field kAccessorFields[] = {{"bufferView", &kIndex},   {"byteOffset", &kSize},
                                      {"normalized", &kBoolean}, {"componentType", &kIndex, true},
@@ -135,8 +151,7 @@ constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_clearcoat", &kClea
                                               {"KHR_materials_transmission", &kTransmission},
                                               {"KHR_materials_volume", &kVolume},
                                               {"KHR_materials_unlit", &kObject}};
-constexpr Schema kMaterialExtensions{
-    .kind = Kind::object, .fields = kMaterialExtensionFields, .others = &kObject};
+constexpr Schema kMaterialExtensions = extensions(kMaterialExtensionFields);
 constexpr Field kMaterialFields[] = {{"name", &kString},          {"pbrMetallicRoughness", &kPbr},
                                      {"normalTexture", &kInfo},   {"occlusionTexture", &kInfo},
                                      {"emissiveTexture", &kInfo}, {"emissiveFactor", &kUnitVec3},
@@ -145,9 +160,13 @@ constexpr Field kMaterialFields[] = {{"name", &kString},          {"pbrMetallicR
 constexpr Schema kMaterial = object(kMaterialFields);
 
 // meshes
+constexpr Field kDracoFields[] = {{"bufferView", &kIndex, true}, {"attributes", &kIndexMap, true}};
+constexpr Schema kDraco{.kind = Kind::object, .role = Role::draco, .fields = kDracoFields};
+constexpr Field kPrimitiveExtensionFields[] = {{"KHR_draco_mesh_compression", &kDraco}};
+constexpr Schema kPrimitiveExtensions = extensions(kPrimitiveExtensionFields);
 constexpr Field kPrimitiveFields[] = {
     {"attributes", &kIndexMap, true}, {"indices", &kIndex},    {"material", &kIndex}, {"mode", &kIndex},
-    {"targets", &kIndexMaps},         {"extensions", &kObject}};
+    {"targets", &kIndexMaps},         {"extensions", &kPrimitiveExtensions}};
 constexpr Schema kPrimitive = object(kPrimitiveFields);
 constexpr Schema kPrimitives{.kind = Kind::array, .items = &kPrimitive, .min_items = 1};
 constexpr Field kMeshFields[] = {
@@ -188,7 +207,7 @@ constexpr Field kInstancingFields[] = {{"attributes", &kIndexMap, true}};
 constexpr Schema kInstancing = object(kInstancingFields);
 constexpr Field kNodeExtensionFields[] = {{"KHR_lights_punctual", &kLightReference},
                                           {"EXT_mesh_gpu_instancing", &kInstancing}};
-constexpr Schema kNodeExtensions{.kind = Kind::object, .fields = kNodeExtensionFields, .others = &kObject};
+constexpr Schema kNodeExtensions = extensions(kNodeExtensionFields);
 constexpr Field kNodeFields[] = {{"name", &kString},
                                  {"camera", &kIndex},
                                  {"mesh", &kIndex},

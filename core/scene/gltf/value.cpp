@@ -12,6 +12,11 @@ double number(const tinygltf::Value* object, const char* name, double otherwise)
   return value && value->IsNumber() ? value->GetNumberAsDouble() : otherwise;
 }
 
+std::string text(const tinygltf::Value* object, const char* name, std::string otherwise) {
+  const tinygltf::Value* value = member(object, name);
+  return value && value->IsString() ? value->Get<std::string>() : otherwise;
+}
+
 std::vector<double> numbers(const tinygltf::Value* object, const char* name, std::vector<double> otherwise) {
   const tinygltf::Value* value = member(object, name);
   if (!value || !value->IsArray()) return otherwise;

@@ -13,6 +13,7 @@ const tinygltf::Value* extension(const tinygltf::ExtensionMap& extensions, const
 /// Members of a JSON object whose types the schema has checked; `object` may be null. The default stands for an
 /// absent member.
 double number(const tinygltf::Value* object, const char* member, double otherwise);
+std::string text(const tinygltf::Value* object, const char* member, std::string otherwise);
 std::vector<double> numbers(const tinygltf::Value* object, const char* member, std::vector<double> otherwise);
 
 /// A member that is itself an object, or null.

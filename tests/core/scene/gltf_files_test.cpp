@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "core/scene/gltf.h"
 #include "tests/support/scene_files.h"
@@ -96,6 +98,36 @@ TEST(GltfFiles, RealFilesAreReadOrNameTheMissingExtension) {
     }
   }
   EXPECT_GT(read, 40);
+}
+
+/// The corners of all triangles in the world, in an order that does not depend on the file's.
+std::vector<Vec3> sorted_corners(const Scene& scene) {
+  std::vector<Vec3> out;
+  for (const Instance& instance : scene.instances) {
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    for (const glm::uvec3& t : mesh.triangles) {
+      for (const std::uint32_t i : {t.x, t.y, t.z}) out.push_back(instance.to_world * Vec4(mesh.positions[i], 1));
+    }
+  }
+  const auto sign = [](float x) { return x > 0; };
+  std::ranges::sort(out, {}, [&](const Vec3& p) { return std::tuple(sign(p.x), sign(p.y), sign(p.z)); });
+  return out;
+}
+
+TEST(GltfFiles, CompressedBoxesAreTheBox) {
+  const auto folder = test::shared_scenes();
+  if (!folder) GTEST_SKIP() << "no shared scenes (set PHOTOND_SCENES)";
+  const Result<Scene> box = read_gltf(test::read_file(*folder / "gltf/Box.glb"), no_resources());
+  ASSERT_TRUE(box.ok());
+  const std::vector<Vec3> expected = sorted_corners(*box);
+  for (const char* name : {"Box.Draco.glb", "Box.Meshopt.glb"}) {
+    SCOPED_TRACE(name);
+    const Result<Scene> scene = read_gltf(test::read_file(*folder / "gltf" / name), no_resources());
+    ASSERT_TRUE(scene.ok()) << scene.error().where << ": " << scene.error().message;
+    const std::vector<Vec3> corners = sorted_corners(*scene);
+    ASSERT_EQ(corners.size(), expected.size());
+    for (std::size_t i = 0; i < corners.size(); ++i) EXPECT_LT(glm::distance(corners[i], expected[i]), 1e-3);
+  }
 }
 
 TEST(GltfFiles, SamplesAreReadWithoutWarning) {
