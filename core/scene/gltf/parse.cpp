@@ -4,6 +4,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "core/base/trial.h"
 #include "core/scene/gltf/check.h"
 #include "core/scene/gltf/decompress.h"
 #include "core/scene/gltf/extensions.h"
@@ -200,6 +201,11 @@ Status decompress(tinygltf::Model& model, const JsonScan& scan, const Container&
   if (!scan.draco) return Done{};
   if (Status s = check_buffer_views(model); !s) return s;
   if (Status s = check_accessors(model, limits); !s) return s;
+  // Streams can be made for which Draco takes the square of their length, or seconds for two hundred bytes.
+  const auto trial = [&model, budget]() mutable { (void)decompress_primitives(model, budget); };
+  if (!ends_within(limits.max_decompression_seconds, trial)) {
+    return Error{ErrorCode::limit_exceeded, "decompression fails or takes too long", "meshes"};
+  }
   return decompress_primitives(model, budget);
 }
 

@@ -379,6 +379,27 @@ TEST(GltfDraco, RefusesHugeClaims) {
             ErrorCode::invalid_input);
 }
 
+// Each split gives all triangles around a vertex another one, and the next split the same again.
+TEST(GltfDraco, RefusesStreamsThatTakeTheSquareOfTheirLength) {
+  constexpr std::uint32_t kSplits = 30'000;
+  std::string bits;
+  for (std::uint32_t i = 0; i <= kSplits; ++i) bits += "111";    // a triangle by itself
+  for (std::uint32_t i = 0; i < kSplits; ++i) bits += "10000";  // one that splits, two that close
+  std::string symbols((bits.size() + 7) / 8, '\0');
+  for (std::size_t i = 0; i < bits.size(); ++i) symbols[i / 8] |= static_cast<char>((bits[i] - '0') << i % 8);
+  const std::uint32_t faces = 4 * kSplits + 1;
+  const std::string counts = varint(3 * kSplits + 3) + varint(faces) + '\0' + varint(faces) + varint(kSplits);
+  const std::string size = varint(static_cast<std::uint32_t>(symbols.size()));
+  GlbDraft draft;
+  compress(draft,
+           std::string("DRACO\2\2\1\1\0\0\0", 12) + counts + '\0' + size + symbols + '\x80' + varint(2) +
+               std::string(300, '\0'),
+           {{"POSITION", 0}});
+  const Error error = refusal(draft, {.max_decompression_seconds = 1});
+  EXPECT_EQ(error.code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(error.where, "meshes");
+}
+
 // Each piece inside claims that as many pieces follow as there are bytes.
 TEST(GltfDraco, RefusesMetadataOfManyPieces) {
   std::string data("DRACO\2\2\1\1\0\x80\0\0", 13);
