@@ -25,7 +25,7 @@ Status decompress_views(tinygltf::Model& model, const std::vector<BufferDeclarat
                         DecompressionBudget& budget);
 
 /// Unpacks the primitives under KHR_draco_mesh_compression, also those with ordinary data beside it: they get accessors
-/// of their own, whose data is ordinary, and are lists of triangles then. The model's accessors must have been checked.
+/// of their own, whose data is ordinary, and are lists of triangles then. What is not compressed must have been checked.
 Status decompress_primitives(tinygltf::Model& model, DecompressionBudget& budget);
 
 /// An ErrorCode::limit_exceeded.

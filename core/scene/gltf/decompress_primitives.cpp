@@ -77,14 +77,12 @@ Status add_attributes(tinygltf::Model& model, tinygltf::Primitive& primitive, co
                       const draco::Mesh& mesh, DecompressionBudget& budget, const std::string& where) {
   for (const std::string& name : ids.Keys()) {
     const std::string at = where + ".attributes." + name.substr(0, 40);
-    const auto declared = primitive.attributes.find(name);
-    if (declared == primitive.attributes.end()) return invalid_input("the primitive has no such attribute", at);
-    if (Status s = check_index(declared->second, model.accessors.size(), at); !s) return s;
+    int& accessor = primitive.attributes.at(name);
     const auto* attribute = mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(number(&ids, name.c_str(), 0)));
     if (!attribute) return invalid_input("compressed data has no such attribute", at);
-    const Result<int> accessor = add_attribute(model, declared->second, *attribute, mesh.num_points(), budget, at);
-    if (!accessor) return accessor.error();
-    declared->second = *accessor;
+    const Result<int> added = add_attribute(model, accessor, *attribute, mesh.num_points(), budget, at);
+    if (!added) return added.error();
+    accessor = *added;
   }
   return Done{};
 }
@@ -110,21 +108,31 @@ Status add_indices(tinygltf::Model& model, tinygltf::Primitive& primitive, const
   return Done{};
 }
 
-/// `where`: of the extension.
-Status decompress(tinygltf::Model& model, tinygltf::Primitive& primitive, const tinygltf::Value& draco,
-                  DecompressionBudget& budget, const std::string& where) {
+/// What the extension names, before anything is added to the model.
+Status check_compression(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                         const tinygltf::Value& draco, const std::string& where) {
   if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != TINYGLTF_MODE_TRIANGLE_STRIP) {
     return invalid_input("only triangle lists and strips can be compressed", where);
   }
-  const int view_index = static_cast<int>(number(&draco, "bufferView", -1));
-  if (Status s = check_index(view_index, model.bufferViews.size(), where + ".bufferView"); !s) return s;
-  const tinygltf::BufferView& view = model.bufferViews[view_index];
+  const int view = static_cast<int>(number(&draco, "bufferView", -1));
+  if (Status s = check_index(view, model.bufferViews.size(), where + ".bufferView"); !s) return s;
+  const int indices = static_cast<int>(number(&draco, "indices", -1));
+  if (Status s = check_index(indices, model.accessors.size(), where, true); !s) return s;
+  for (const std::string& name : draco.Get("attributes").Keys()) {
+    if (primitive.attributes.contains(name)) continue;
+    return invalid_input("the primitive has no such attribute", where + ".attributes." + name.substr(0, 40));
+  }
+  return Done{};
+}
+
+Status decompress(tinygltf::Model& model, tinygltf::Primitive& primitive, const tinygltf::Value& draco,
+                  DecompressionBudget& budget, const std::string& where) {
+  const tinygltf::BufferView& view = model.bufferViews[static_cast<int>(number(&draco, "bufferView", -1))];
   if (Status s = budget.take(view.byteLength, where); !s) return s;
   const std::span<const unsigned char> buffer = model.buffers[view.buffer].data;
   const auto mesh = decode_draco_mesh(buffer.subspan(view.byteOffset, view.byteLength), budget.bytes, where);
   if (!mesh) return mesh.error();
   const int indices = static_cast<int>(number(&draco, "indices", -1));
-  if (Status s = check_index(indices, model.accessors.size(), where, true); !s) return s;
   const std::size_t corners = 3 * static_cast<std::size_t>((*mesh)->num_faces());
   if (indices >= 0 && primitive.mode == TINYGLTF_MODE_TRIANGLES && model.accessors[indices].count != corners) {
     return invalid_input("the accessor of the indices does not match the compressed data", where);
@@ -133,20 +141,33 @@ Status decompress(tinygltf::Model& model, tinygltf::Primitive& primitive, const 
   return add_attributes(model, primitive, draco.Get("attributes"), **mesh, budget, where);
 }
 
-}  // namespace
-
-Status decompress_primitives(tinygltf::Model& model, DecompressionBudget& budget) {
+/// Calls `act(primitive, extension, place of the extension)` for all compressed primitives until one fails.
+template <class Act>
+Status for_each_compressed(tinygltf::Model& model, const Act& act) {
+  constexpr const char* kDraco = "KHR_draco_mesh_compression";
   for (std::size_t m = 0; m < model.meshes.size(); ++m) {
     for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
       tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
-      const tinygltf::Value* draco = extension(primitive.extensions, "KHR_draco_mesh_compression");
+      const tinygltf::Value* draco = extension(primitive.extensions, kDraco);
       if (!draco) continue;
-      const std::string where = place("meshes", m) + "." + place("primitives", p);
-      if (Status s = decompress(model, primitive, *draco, budget, where + ".extensions.KHR_draco_mesh_compression"); !s)
-        return s;
+      const std::string where = place("meshes", m) + "." + place("primitives", p) + ".extensions." + kDraco;
+      if (Status s = act(primitive, *draco, where); !s) return s;
     }
   }
   return Done{};
+}
+
+}  // namespace
+
+Status decompress_primitives(tinygltf::Model& model, DecompressionBudget& budget) {
+  const auto check = [&](const tinygltf::Primitive& primitive, const tinygltf::Value& draco, const std::string& where) {
+    return check_compression(model, primitive, draco, where);
+  };
+  if (Status s = for_each_compressed(model, check); !s) return s;
+  return for_each_compressed(
+      model, [&](tinygltf::Primitive& primitive, const tinygltf::Value& draco, const std::string& where) {
+        return decompress(model, primitive, draco, budget, where);
+      });
 }
 
 }  // namespace photond::gltf

@@ -68,7 +68,6 @@ Status check_packed(const Packed& packed, const tinygltf::BufferView& view, cons
 /// Whether the view lies in its buffer as that is declared, whose data is not used.
 Status check_place(const tinygltf::BufferView& view, const std::vector<BufferDeclaration>& declared,
                    const std::string& where) {
-  if (Status s = check_index(view.buffer, declared.size(), where + ".buffer"); !s) return s;
   const std::uint64_t size = declared[view.buffer].byte_length;
   if (view.byteOffset <= size && view.byteLength <= size - view.byteOffset) return Done{};
   return invalid_input("range exceeds the buffer", where);
@@ -93,6 +92,7 @@ bool decode(const Packed& packed, std::span<const unsigned char> data, unsigned 
 Status decompress(tinygltf::Model& model, std::size_t index, const std::vector<BufferDeclaration>& declared,
                   DecompressionBudget& budget) {
   tinygltf::BufferView& view = model.bufferViews[index];
+  if (Status s = check_index(view.buffer, declared.size(), place("bufferViews", index) + ".buffer"); !s) return s;
   const tinygltf::Value* meshopt = extension(view.extensions, "EXT_meshopt_compression");
   if (!meshopt) return Done{};
   if (Status s = check_place(view, declared, place("bufferViews", index)); !s) return s;

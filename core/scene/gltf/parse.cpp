@@ -199,8 +199,7 @@ Status decompress(tinygltf::Model& model, const JsonScan& scan, const Container&
     if (Status s = decompress_views(model, scan.buffers, budget); !s) return s;
   }
   if (!scan.draco) return Done{};
-  if (Status s = check_buffer_views(model); !s) return s;
-  if (Status s = check_accessors(model, limits); !s) return s;
+  if (Status s = check_model(model, limits); !s) return s;
   // Streams can be made for which Draco takes the square of their length, or seconds for two hundred bytes.
   const auto trial = [&model, budget]() mutable { (void)decompress_primitives(model, budget); };
   if (!ends_within(limits.max_decompression_seconds, trial)) {

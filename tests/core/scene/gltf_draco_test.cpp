@@ -259,7 +259,7 @@ TEST(GltfDraco, PassesOverMetadata) {
 TEST(GltfDraco, RefusesWhatDoesNotMatch) {
   const std::string primitive_at = "/meshes/0/primitives/0/";
   const std::string draco = primitive_at + "extensions/KHR_draco_mesh_compression/";
-  const std::string where = kWhere;
+  const std::string where = kWhere, plain = "meshes[0].primitives[0].attributes.";
   struct Damage {
     std::string pointer;
     json value;
@@ -275,11 +275,14 @@ TEST(GltfDraco, RefusesWhatDoesNotMatch) {
                             {draco + "attributes/COLOR_0", 0, where + ".attributes.COLOR_0"},
                             {primitive_at + "mode", 0, where},
                             {primitive_at + "indices", 17, where},
-                            {primitive_at + "attributes/NORMAL", 17, where + ".attributes.NORMAL"},
+                            {primitive_at + "attributes/NORMAL", 17, plain + "NORMAL"},
+                            // The accessors after the file's own are those of unpacked data.
+                            {primitive_at + "attributes/NORMAL", 6, plain + "NORMAL"},
+                            {"/bufferViews/0/buffer", 1, "bufferViews[0].buffer"},
                             {"/accessors/1/count", 95, where},
-                            {"/accessors/2/count", 24, where + ".attributes.POSITION"},
-                            {"/accessors/3/componentType", kUnsignedByte, where + ".attributes.NORMAL"},
-                            {"/accessors/5/componentType", 5120, where + ".attributes.COLOR_0"},
+                            {"/accessors/2/count", 24, plain + "COLOR_0"},
+                            {"/accessors/3/componentType", kUnsignedByte, plain + "NORMAL"},
+                            {"/accessors/5/componentType", 5120, plain + "COLOR_0"},
                             {"/accessors/5/componentType", 1, "accessors[5]"},
                             {"/bufferViews/1/byteLength", 100'000, "bufferViews[1]"},
                             {"/bufferViews/1/byteLength", 80, where}};
@@ -292,6 +295,9 @@ TEST(GltfDraco, RefusesWhatDoesNotMatch) {
     EXPECT_EQ(error.where, damage.where) << error.message;
   }
   GlbDraft draft = compressed_bowl(bowl);
+  for (int i = 2; i <= 5; ++i) draft.json["accessors"][i]["count"] = 24;
+  EXPECT_EQ(refusal(draft).where, where + ".attributes.COLOR_0") << "25 points are there";
+  draft = compressed_bowl(bowl);
   compression(draft).erase("bufferView");
   EXPECT_EQ(refusal(draft).where, kWhere);
 }

@@ -280,6 +280,7 @@ TEST(GltfMeshopt, RefusesWhatTheSpecificationForbids) {
                             {"/bufferViews/1/byteLength", 12, at_attributes + ".count"},
                             {"/bufferViews/1/byteOffset", 12'000, "bufferViews[1]"},
                             {"/bufferViews/1/buffer", 2, "bufferViews[1].buffer"},
+                            {"/bufferViews/0/buffer", 2, "bufferViews[0].buffer"},
                             {"/buffers/1/byteLength", 100, "bufferViews[1]"},
                             {"/buffers/1/extensions/EXT_meshopt_compression/fallback", 1,
                              "buffers[1].extensions.EXT_meshopt_compression.fallback"}};
