@@ -24,7 +24,7 @@ struct SceneLimits {
   std::uint64_t max_texture_pixels = 256'000'000; ///< all images together
   int max_image_side = 16'384;
   std::uint64_t max_decompressed_bytes = 1'000'000'000;  ///< of meshes and buffer views, with the data itself
-  int max_decompression_seconds = 30;             ///< of one core, for all meshes compressed by Draco
+  int max_decompression_seconds = 10;             ///< of one core, for all meshes compressed by Draco
   std::uint64_t max_materials = 100'000;          ///< each takes about 4 kB while the file is read
   std::uint64_t max_json_objects = 3'000'000;     ///< of all kinds, and attributes: each about 1 kB
   int max_json_depth = 128;
