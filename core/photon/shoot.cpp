@@ -104,7 +104,8 @@ class Shooter {
     for (const std::uint32_t i : places) {
       if (next_ == last_) break;
       walks_[i].rng = Rng(key_, next_++);
-      light[i] = only_caustic_ ? scene_.lights.choose_casting(walks_[i].rng) : scene_.lights.choose(walks_[i].rng.next());
+      const float u = walks_[i].rng.next();
+      light[i] = only_caustic_ ? scene_.lights.choose_casting(u) : scene_.lights.choose(u);
       scene_.lights.prefetch(light[i]);
       starting.add(i);
     }
@@ -125,7 +126,7 @@ class Shooter {
   // Begins walk i with an emitted path; adds it to `nothing` where that carries nothing.
   void begin(std::uint32_t i, std::uint32_t light, const EmissionSample& emission, Subset& nothing) {
     Walk& walk = walks_[i];
-    const Rgb flux = emission.flux * per_unit_;
+    const Rgb flux = emission.flux * (only_caustic_ ? per_unit_ * scene_.lights.casting_weight(light) : per_unit_);
     const float power = mean(flux);
     walk.ray = emission.ray;
     walk.flux = flux;
@@ -133,7 +134,7 @@ class Shooter {
     walk.etendue = emission.etendue;
     walk.depth = 0;
     walk.map = kCaustic;
-    walk.medium = scene_.light_media.empty() ? Medium() : scene_.light_media[light];
+    walk.medium = scene_.light_media.at(scene_.scene, scene_.accel, light, emission.ray.origin);
     const bool finite = std::isfinite(power);
     const float unsent = finite ? power * scene_.lights.unsent(light) : 0;
     block_.ledger.emitted += power;

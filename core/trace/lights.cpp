@@ -96,7 +96,8 @@ Lights::Lights(const Scene& scene, const Bounds3& bounds) {
   constexpr int kFar = 40;   // 2^±40 W
   const int exponent = total_power_ > 0 ? std::ilogb(total_power_) : 0;
   if (std::abs(exponent) > kFar) flux_unit_ = std::ldexp(1.0f, std::clamp(exponent, -126, 126));
-  emission_choice_ = choice_ = AliasTable(powers_);
+  choice_ = AliasTable(powers_);
+  set_emission_choice(powers_);
   powers_ = {};
   set_etendues(scene);
 }
@@ -117,8 +118,20 @@ void Lights::set_domains(const Scene& scene, std::vector<EmissionDomain> domains
     sent_[i] = domains_[i].share();
     chances[i] *= static_cast<double>(sent_[i]);
   }
-  emission_choice_ = AliasTable(chances);
+  set_emission_choice(chances);
   set_etendues(scene);
+}
+
+void Lights::set_emission_choice(std::span<const double> chances) {
+  emission_choice_ = AliasTable(chances);
+  casting_share_ = 1;
+  if (!leaves_out()) return;
+  std::vector<double> casting(chances.size());
+  for (std::uint32_t i = 0; i < casting.size(); ++i) {
+    if (i != environment_) casting[i] = static_cast<double>(emission_choice_.pdf(i));
+  }
+  casting_share_ = std::accumulate(casting.begin(), casting.end(), 0.0);
+  if (casting_share_ > 0) casting_choice_ = AliasTable(casting);
 }
 
 void Lights::add(const Light& light, double power, float sent) {
@@ -210,13 +223,6 @@ float Lights::line_pdf(const Vec3& point, const Vec3& direction, const Aim& aim,
   return (outside ? 0 : (1 - aim.share()) * ordinary) + aim.share() * aim.pdf_a(point, direction, drawn);
 }
 
-double Lights::casting_share() const {
-  if (lights_.empty()) return 0;
-  const bool left_out = environment_ >= 0 && !environment_casts_;
-  if (left_out && lights_.size() == 1) return 0;
-  return left_out ? 1 - static_cast<double>(emission_choice_.pdf(static_cast<std::size_t>(environment_))) : 1;
-}
-
 std::vector<LightGroup> Lights::groups() const {
   std::vector<LightGroup> groups;
   for (std::uint32_t i = 0; i < lights_.size(); ++i) {
@@ -241,7 +247,7 @@ std::optional<Vec3> Lights::place(const Scene& scene, std::uint32_t light) const
 }
 
 std::uint64_t Lights::memory_bytes() const {
-  std::uint64_t bytes = choice_.memory_bytes() + emission_choice_.memory_bytes();
+  std::uint64_t bytes = choice_.memory_bytes() + emission_choice_.memory_bytes() + casting_choice_.memory_bytes();
   for (const EmissionPattern& pattern : patterns_) bytes += sizeof(pattern) + pattern.memory_bytes();
   return bytes + lights_.size() * (sizeof(Light) + sizeof(float)) + emitters_.size() * sizeof(EmitterTriangle) +
          (pattern_of_.size() + aim_of_.size() + first_of_instance_.size()) * sizeof(std::uint32_t) +

@@ -173,9 +173,14 @@ class Lights {
   /// The same in two steps: which light, for u in [0, 1), and the path that leaves it.
   std::uint32_t choose(float u) const { return emission_choice_.sample(u); }
   /// The same among lights whose caustics photons carry. Not where casting_share() is 0.
-  std::uint32_t choose_casting(Rng& rng) const;
+  std::uint32_t choose_casting(float u) const { return leaves_out() ? casting_choice_.sample(u) : choose(u); }
   /// Probability with which `choose` returns one of those.
-  double casting_share() const;
+  double casting_share() const { return casting_share_; }
+  /// What flux of a path is to be multiplied by where its light was drawn by choose_casting, and the number of paths
+  /// divided by casting_share(): 1 but for rounding, so that the share of each light is exact.
+  float casting_weight(std::uint32_t light) const {
+    return leaves_out() ? static_cast<float>(emission_choice_.pdf(light) / (casting_share_ * casting_choice_.pdf(light))) : 1;
+  }
   EmissionSample sample_emission(const Scene& scene, std::uint32_t light, Rng& rng) const {
     return sample_emission(scene, light, aim_of(light), rng);
   }
@@ -237,6 +242,9 @@ class Lights {
   const Aim& aim_of(std::uint32_t light) const { return aims_[aim_of_.empty() ? 0 : aim_of_[light]]; }
   void share_aimed(const Scene& scene, std::uint32_t light, std::uint32_t k, EmissionLanes& lanes) const;
   EmissionSample emit_triangle(const Scene& scene, std::uint32_t light, const Aim& aim, Rng& rng) const;
+  // Whether photons leave the environment's caustics to paths.
+  bool leaves_out() const { return environment_ >= 0 && !environment_casts_; }
+  void set_emission_choice(std::span<const double> chances);
   EmissionSample emit_point(const PunctualLight& light, float choice, float sent, const Aim& aim, Rng& rng) const;
   const EmissionDomain& domain_of(const Scene& scene, std::uint32_t light) const;
   Ray ray_from_infinity(const Vec3& direction, const Aim& aim, Rng& rng, float& pdf_a) const;
@@ -258,6 +266,8 @@ class Lights {
   std::vector<float> sent_;                       // share of its power that its paths carry
   AliasTable choice_;                             // for light that is sampled from where it arrives
   AliasTable emission_choice_;                    // for paths that leave lights
+  AliasTable casting_choice_;                     // the same without the environment; empty where it is not left out
+  double casting_share_ = 0;
   std::vector<EmissionPattern> patterns_ = {EmissionPattern()};   // the first is even
   std::vector<std::uint32_t> pattern_of_;         // for each emitter, into patterns_; empty where all are even
   std::vector<EmissionDomain> domains_;           // for each emitter; empty where all are whole

@@ -174,10 +174,4 @@ EmissionSample Lights::sample_emission(const Scene& scene, std::uint32_t index, 
   return {ray, source.intensity / (pdf_a * choice)};
 }
 
-std::uint32_t Lights::choose_casting(Rng& rng) const {
-  std::uint32_t light = choose(rng.next());
-  while (light == environment_ && !environment_casts_) light = choose(rng.next());
-  return light;
-}
-
 }  // namespace photond

@@ -8,7 +8,6 @@
 
 #include "core/math/transform.h"
 #include "core/trace/casters.h"
-#include "core/trace/enclosing.h"
 #include "core/trace/touching.h"
 
 namespace photond {
@@ -126,17 +125,6 @@ std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
 }
 
-// Light from infinity is in none.
-std::vector<Medium> light_media(const PreparedScene& scene, const Execution& execution) {
-  if (!has_absorption(scene.scene)) return {};
-  std::vector<Medium> media(scene.lights.size());
-  parallel_for(execution, media.size(), 64, [&](std::size_t i) {
-    const std::optional<Vec3> place = scene.lights.place(scene.scene, static_cast<std::uint32_t>(i));
-    if (place) media[i] = enclosing(scene.scene, scene.accel, *place);
-  });
-  return media;
-}
-
 std::uint64_t scene_bytes(const Scene& scene) {
   std::uint64_t bytes = 0;
   for (const Mesh& mesh : scene.meshes) {
@@ -177,13 +165,13 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
                             : execution.arena->execute([&] { return Accel::build(prepared->scene); });
   if (!accel) return accel.error();
   prepared->accel = std::move(accel).value();
-  prepared->light_media = light_media(*prepared, execution);
+  prepared->light_media = find_light_media(prepared->scene, prepared->accel, prepared->lights, execution);
   prepared->domain = find_domains(prepared->scene, prepared->bounds, prepared->accel, prepared->lights, execution);
   prepared->aim = learn_aim(prepared->scene, prepared->accel, prepared->lights, execution);
   // By the root: pictures profit by less noise, and by more passes in the same time.
   prepared->directed_share = std::sqrt(prepared->domain.effort * prepared->aim.effort);
   prepared->memory_bytes = scene_bytes(prepared->scene) + prepared->accel.memory_bytes() +
-                           prepared->lights.memory_bytes() + bytes_of(prepared->light_media) +
+                           prepared->lights.memory_bytes() + prepared->light_media.memory_bytes() +
                            bytes_of(prepared->placed);
   if (execution.cancelled()) return cancelled();
   return std::shared_ptr<const PreparedScene>(std::move(prepared));

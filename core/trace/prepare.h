@@ -10,8 +10,8 @@
 #include "core/trace/accel.h"
 #include "core/trace/find_domains.h"
 #include "core/trace/learn_aim.h"
+#include "core/trace/light_media.h"
 #include "core/trace/lights.h"
-#include "core/trace/medium.h"
 #include "core/trace/placed_mesh.h"
 
 namespace photond {
@@ -28,7 +28,7 @@ struct PreparedScene {
   AimFinding aim;                    ///< what the lights aim at, and why
   /// Where paths are directed, each is worth more: so many are traced of those that would leave lights in all directions.
   double directed_share = 1;
-  std::vector<Medium> light_media;   ///< the volumes around each light; empty where nothing absorbs
+  LightMedia light_media;            ///< the volumes around each light
   bool shares_gloss = false;         ///< whether photons that come by way of a caster are stored on gloss
   std::vector<PlacedMesh> placed;    ///< for each instance, and none
   std::size_t touching_glass = 0;    ///< placed triangles of glass that were held apart from others (separate_touching)

@@ -85,6 +85,29 @@ TEST(Volumes, ThatTouchAbsorbAsThoseThatOverlap) {
   }
 }
 
+// A lamp of two triangles, half of it in a liquid that refracts none: photons of either half start where they are.
+TEST(Volumes, LampsMayReachOutOfThem) {
+  Scene scene = empty_scene();
+  Material liquid = glass(1);
+  liquid.attenuation_color = Rgb(0.6f);
+  liquid.attenuation_distance = 0.5f;
+  add_mesh(scene, box({-3, -0.5f, -1}, {0, 1.2f, 1}), add_material(scene, liquid));
+  add_mesh(scene, parallelogram({-2, 1, -0.1f}, {4, 0, 0}, {0, 0, 0.2f}), add_material(scene, emitter(Rgb(10))));
+  add_mesh(scene, parallelogram({-4, 0, 3}, {8, 0, 0}, {0, 0, -6}), add_material(scene, lambert(Rgb(0.5f))));
+  const auto room = prepared(std::move(scene));
+  for (const float x : {-1.0f, 1.0f}) {
+    const Look look{.from = {x, 0.8f, 0.6f}, .at = {x, 0, 0.3f}, .radius = 0.05f, .photons = 20'000, .passes = 60, .side = 12};
+    const Sample paths = see(room, Method::path, 1, look)[0];
+    EXPECT_GT(paths.mean, 0.01) << x;
+    for (const Method method : {Method::progressive, Method::hybrid}) {
+      const Sample photons = see(room, method, 1, look)[0];
+      const double error = std::hypot(paths.standard_error(), photons.standard_error());
+      EXPECT_LT(error, 0.03 * paths.mean);
+      EXPECT_NEAR(photons.mean, paths.mean, 0.01 * paths.mean + kSigmas * error) << method_name(method) << x;
+    }
+  }
+}
+
 // Rays of an orthographic camera start beside one another: one in a liquid, the next not.
 TEST(Volumes, OrthographicCamerasMayStandInSeveral) {
   Scene scene = empty_scene();

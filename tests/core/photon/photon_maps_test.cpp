@@ -164,6 +164,22 @@ TEST(PhotonMaps, TheCausticSetLeavesAnEvenSkyOut) {
   EXPECT_NEAR(caustic.mean, alone.mean, 4 * error);
 }
 
+// The sky's chance is nearly all there is, and no photon of it is wanted.
+TEST(PhotonMaps, ALampThatShinesPastEverythingHoldsNothingUp) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::parallelogram({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}), test::add_material(scene, test::lambert(Rgb(0.5f))));
+  test::add_mesh(scene, test::sphere({0, 0, 0.6f}, 0.5f, 32), test::add_material(scene, test::glass(1.5f)));
+  test::add_mesh(scene, test::parallelogram({0, 0, 2}, {1, 0, 0}, {0, 1, 0}), test::add_material(scene, test::emitter(Rgb(3))));
+  scene.environment.radiance = Rgb(1);
+  const auto room = test::prepared(std::move(scene));
+  EXPECT_GT(room->lights.casting_share(), 0);
+  EXPECT_LT(room->lights.casting_share(), 1e-4);
+  MapKey k = key(20'000);
+  k.set = PhotonSet::caustic;
+  const auto maps = *build_photon_maps(*room, k, test::workers().execution());
+  EXPECT_NEAR(maps->ledger.emitted, 3 * static_cast<double>(kPi), 1e-3);
+}
+
 TEST(PhotonMaps, PassesDiffer) {
   const auto scene = test::busy_room();
   const auto a = *build_photon_maps(*scene, key(2000, 0), Execution{});

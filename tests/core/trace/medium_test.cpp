@@ -85,8 +85,26 @@ TEST(Medium, EnclosesEachPartOfALamp) {
   lamp.uv[0].clear();
   test::add_mesh(scene, lamp, test::add_material(scene, test::emitter(Rgb(1))));
   const auto room = test::prepared(std::move(scene));
-  ASSERT_EQ(room->light_media.size(), 4u);
-  for (int i = 0; i < 4; ++i) EXPECT_EQ(room->light_media[static_cast<std::size_t>(i)].active(), i < 2) << i;
+  ASSERT_EQ(room->light_media.around.size(), 4u);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(room->light_media.around[static_cast<std::size_t>(i)].active(), i < 2) << i;
+}
+
+// A triangle that reaches out of the tank, and one that reaches into the marble.
+TEST(Medium, EnclosesEachStartOfATriangleThatReachesOut) {
+  Scene scene = tank();
+  test::add_mesh(scene, test::parallelogram({3, 3, 3}, {4, 0, 0}, {0, 0.5f, 0}), test::add_material(scene, test::emitter(Rgb(1))));
+  test::add_mesh(scene, test::parallelogram({1.5f, 0, 0}, {2, 0, 0}, {0, 0.2f, 0}), test::add_material(scene, test::emitter(Rgb(2))));
+  test::add_mesh(scene, test::parallelogram({3, -3, 0}, {0.5f, 0, 0}, {0, 0.2f, 0}), test::add_material(scene, test::emitter(Rgb(3))));
+  const auto room = test::prepared(std::move(scene));
+  EXPECT_EQ(room->light_media.divided, std::vector<bool>({true, true, true, true, false, false}));
+  const auto kept = [&](std::uint32_t light, const Vec3& start) {
+    return room->light_media.at(room->scene, room->accel, light, start).transmittance(room->scene, 1).x;
+  };
+  EXPECT_EQ(kept(0, {3.2f, 3.1f, 3.001f}), 0.5f);
+  EXPECT_EQ(kept(0, {6, 3.1f, 3.001f}), 1);
+  EXPECT_EQ(kept(2, {1.6f, 0.1f, 0.001f}), 1);
+  EXPECT_EQ(kept(2, {3, 0.1f, 0.001f}), 0.5f);
+  EXPECT_EQ(kept(4, {3.2f, -2.9f, 0.001f}), 0.5f);
 }
 
 TEST(Medium, EnclosesWhatLiesWithin) {
@@ -105,13 +123,13 @@ TEST(Medium, OfLightsIsKnownWhereAnythingAbsorbs) {
   test::add_point_light(scene, {3, 0, 0}, Rgb(1));
   test::add_point_light(scene, {9, 0, 0}, Rgb(1));
   const auto lit = test::prepared(std::move(scene));
-  ASSERT_EQ(lit->light_media.size(), 2u);
-  EXPECT_TRUE(lit->light_media[0].active());
-  EXPECT_FALSE(lit->light_media[1].active());
+  ASSERT_EQ(lit->light_media.around.size(), 2u);
+  EXPECT_TRUE(lit->light_media.around[0].active());
+  EXPECT_FALSE(lit->light_media.around[1].active());
   Scene clear = test::empty_scene();
   test::add_mesh(clear, test::box({-1, -1, -1}, {1, 1, 1}), test::add_material(clear, test::glass(1.5f)));
   test::add_point_light(clear, {3, 0, 0}, Rgb(1));
-  EXPECT_TRUE(test::prepared(std::move(clear))->light_media.empty());
+  EXPECT_TRUE(test::prepared(std::move(clear))->light_media.around.empty());
 }
 
 }  // namespace
