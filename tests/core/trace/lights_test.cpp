@@ -191,6 +191,31 @@ TEST(Lights, FarPointsAreChosenByWhatArrives) {
   EXPECT_NEAR(prepared->lights.probability(0), 0.5, 0.005);
 }
 
+// By all numbers there are: beside a sky that photons leave out, lamps that are chosen once in millions of times.
+TEST(Lights, ThatCastAreChosenAsOftenAsTheyCount) {
+  Scene scene = test::empty_scene();
+  test::add_mesh(scene, test::sphere({0, 0, 0}, 1, 8), test::add_material(scene, test::glass(1.5f)));
+  for (const float y : {2.0f, 3.0f}) {
+    test::add_mesh(scene, test::parallelogram({-0.5f, y, 0.5f}, {1, 0, 0}, {0, 0, -1}),
+                   test::add_material(scene, test::emitter(Rgb(y))));
+  }
+  test::add_point_light(scene, {0, 2, 2}, Rgb(1e-3f));
+  scene.environment.radiance = Rgb(0.1f);
+  const auto prepared = test::prepared(std::move(scene));
+  const Lights& lights = prepared->lights;
+  constexpr std::uint32_t kAll = 1 << 24;
+  std::vector<std::uint32_t> counts(lights.size());
+  for (std::uint32_t i = 0; i < kAll; ++i) ++counts[lights.choose_casting(static_cast<float>(i) / kAll)];
+  EXPECT_EQ(counts.back(), 0u) << "the sky";
+  EXPECT_NEAR(lights.casting_share() + static_cast<double>(lights.probability(5)), 1, 1e-15);
+  for (std::uint32_t i = 0; i + 1 < lights.size(); ++i) {
+    const double chosen = lights.casting_share() * counts[i] / kAll;
+    const auto expected = static_cast<double>(lights.probability(i));
+    EXPECT_NEAR(chosen * static_cast<double>(lights.casting_weight(i)), expected, 1e-6 * expected) << i;
+  }
+  EXPECT_LT(lights.probability(2), 1e-4f) << "of what meets nothing";
+}
+
 TEST(Lights, DimLightsKeepAFloor) {
   Scene scene = test::empty_scene();
   test::add_point_light(scene, {0, 0, 0}, Rgb(1e6f));
