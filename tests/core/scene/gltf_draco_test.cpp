@@ -8,31 +8,21 @@
 #include <cmath>
 
 #include "core/scene/gltf.h"
-#include "tests/support/glb.h"
+#include "tests/support/read_draft.h"
 
 namespace photond {
 namespace {
 
 using nlohmann::json;
 using test::GlbDraft;
+using test::primitive;
+using test::read;
+using test::refusal;
 using testing::HasSubstr;
 
 constexpr int kUnsignedByte = 5121, kUnsignedShort = 5123, kFloat = 5126;
 constexpr const char* kWhere = "meshes[0].primitives[0].extensions.KHR_draco_mesh_compression";
 
-Scene read(const GlbDraft& draft) {
-  Result<Scene> scene = read_gltf(draft.pack(), no_resources());
-  EXPECT_TRUE(scene.ok()) << scene.error().where << ": " << scene.error().message;
-  return scene ? std::move(*scene) : Scene{};
-}
-
-Error refusal(const GlbDraft& draft, const SceneLimits& limits = {}) {
-  const Result<Scene> scene = read_gltf(draft.pack(), no_resources(), limits);
-  EXPECT_FALSE(scene.ok());
-  return scene ? Error{} : scene.error();
-}
-
-json& primitive(GlbDraft& draft) { return draft.json["meshes"][0]["primitives"][0]; }
 json& compression(GlbDraft& draft) { return primitive(draft)["extensions"]["KHR_draco_mesh_compression"]; }
 
 /// A quarter of a bowl of side × side squares, all vertices with a normal, uv and a colour of bytes.

@@ -7,31 +7,20 @@
 #include <cstring>
 
 #include "core/scene/gltf.h"
-#include "tests/support/glb.h"
+#include "tests/support/read_draft.h"
 
 namespace photond {
 namespace {
 
 using nlohmann::json;
 using test::GlbDraft;
+using test::primitive;
+using test::read;
+using test::refusal;
 using testing::HasSubstr;
 
 constexpr int kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125, kByte = 5120, kFloat = 5126;
 constexpr int kSide = 20;  // squares of the grid, so that there are several blocks of vertices
-
-Scene read(const GlbDraft& draft) {
-  Result<Scene> scene = read_gltf(draft.pack(), no_resources());
-  EXPECT_TRUE(scene.ok()) << scene.error().where << ": " << scene.error().message;
-  return scene ? std::move(*scene) : Scene{};
-}
-
-Error refusal(const GlbDraft& draft, const SceneLimits& limits = {}) {
-  const Result<Scene> scene = read_gltf(draft.pack(), no_resources(), limits);
-  EXPECT_FALSE(scene.ok());
-  return scene ? Error{} : scene.error();
-}
-
-json& primitive(GlbDraft& draft) { return draft.json["meshes"][0]["primitives"][0]; }
 
 std::string encode_attributes(const void* data, std::size_t count, std::size_t stride) {
   std::string out(meshopt_encodeVertexBufferBound(count, stride), '\0');

@@ -3,30 +3,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/glb.h"
+#include "tests/support/read_draft.h"
 
 namespace photond {
 namespace {
 
 using nlohmann::json;
 using test::GlbDraft;
+using test::primitive;
+using test::read;
+using test::refusal;
 using testing::HasSubstr;
 
 constexpr int kUnsignedInt = 5125, kFloat = 5126;
-
-Scene read(const GlbDraft& draft) {
-  Result<Scene> scene = read_gltf(draft.pack(), no_resources());
-  EXPECT_TRUE(scene.ok()) << scene.error().where << ": " << scene.error().message;
-  return scene ? std::move(*scene) : Scene{};
-}
-
-Error refusal(const GlbDraft& draft, const SceneLimits& limits = {}) {
-  const Result<Scene> scene = read_gltf(draft.pack(), no_resources(), limits);
-  EXPECT_FALSE(scene.ok());
-  return scene ? Error{} : scene.error();
-}
-
-json& primitive(GlbDraft& draft) { return draft.json["meshes"][0]["primitives"][0]; }
 
 TEST(GltfRefusals, NeverAsksForAPathOutside) {
   for (const char* uri :
