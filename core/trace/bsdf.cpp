@@ -8,6 +8,7 @@
 
 #include "core/math/warp.h"
 #include "core/trace/layer.h"
+#include "core/trace/material_point.h"
 
 namespace photond {
 
@@ -22,41 +23,6 @@ constexpr LobeMask kLobes[] = {kDiffuseLobe, kReflectionLobe, kGlassLobe, kClear
 int lobe_index(LobeMask lobe) { return std::countr_zero(lobe); }
 
 Vec3 mirror_z(const Vec3& w) { return {w.x, w.y, -w.z}; }
-
-// The material at one point, textures applied.
-struct MaterialPoint {
-  Rgb base_color;
-  float metallic;
-  float roughness;
-  float specular;
-  Rgb specular_color;
-  float transmission;
-};
-
-Rgb base_color(const Scene& scene, const SurfacePoint& s) {
-  const Material& m = *s.material;
-  Rgb color = m.base_color;
-  if (!s.mesh->colors.empty()) {
-    const auto& c = s.mesh->colors;
-    color *= Rgb((1 - s.u - s.v) * c[s.vertices.x] + s.u * c[s.vertices.y] + s.v * c[s.vertices.z]);
-  }
-  if (m.base_color_texture.used()) color *= Rgb(lookup(scene, m.base_color_texture, s));
-  return color;
-}
-
-MaterialPoint evaluate(const Scene& scene, const SurfacePoint& s) {
-  const Material& m = *s.material;
-  MaterialPoint p{base_color(scene, s), m.metallic, m.roughness, m.specular, m.specular_color, m.transmission};
-  if (m.metallic_roughness_texture.used()) {
-    const Vec4 texel = lookup(scene, m.metallic_roughness_texture, s);
-    p.roughness *= texel.y;
-    p.metallic *= texel.z;
-  }
-  if (m.specular_texture.used()) p.specular *= lookup(scene, m.specular_texture, s).w;
-  if (m.specular_color_texture.used()) p.specular_color *= Rgb(lookup(scene, m.specular_color_texture, s));
-  if (m.transmission_texture.used()) p.transmission *= lookup(scene, m.transmission_texture, s).x;
-  return p;
-}
 
 float normal_reflectance(float ior) {
   if (ior == 0) return 1;  // KHR_materials_ior: 0 stands for an infinite index
@@ -75,12 +41,12 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   }
   const Material& material = *surface.material;
   if (material.bare_diffuse()) {
-    diffuse_ = base_color(scene, surface);
+    diffuse_ = base_color_at(scene, surface);
     if (!is_black(diffuse_)) lobes_ = kDiffuseLobe;
     select_[0] = 1;
     return;
   }
-  const MaterialPoint p = evaluate(scene, surface);
+  const MaterialPoint p = material_at(scene, surface);
   alpha_ = p.roughness * p.roughness;
   const float dielectric = 1 - p.metallic;
   const float opaque = dielectric * (1 - p.transmission);
@@ -110,7 +76,7 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   if (!is_black(diffuse_)) lobes_ |= kDiffuseLobe;
   if (!is_black(f90_) || !is_black(f0_)) lobes_ |= kReflectionLobe;
   if (glass_weight_ > 0) lobes_ |= kGlassLobe;
-  if (material.clearcoat > 0) set_clearcoat(scene, surface, wo);
+  if (p.clearcoat > 0) set_clearcoat(p, clearcoat_normal(scene, surface, wo), wo, surface.front);
   if (lobes_ == kDiffuseLobe) {
     select_[0] = 1;
     return;  // nothing of a bare Lambert surface depends on wo
@@ -125,14 +91,9 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   }
 }
 
-void Bsdf::set_clearcoat(const Scene& scene, const SurfacePoint& surface, const Vec3& wo) {
-  const Material& m = *surface.material;
-  float amount = m.clearcoat, roughness = m.clearcoat_roughness;
-  if (m.clearcoat_texture.used()) amount *= lookup(scene, m.clearcoat_texture, surface).x;
-  if (m.clearcoat_roughness_texture.used()) roughness *= lookup(scene, m.clearcoat_roughness_texture, surface).y;
-  if (!(amount > 0)) return;
-  const bool inside = glass_weight_ > 0 && !thin_ && !surface.front;
-  coat_.emplace(amount, roughness * roughness, clearcoat_normal(scene, surface, wo), wo, inside);
+void Bsdf::set_clearcoat(const MaterialPoint& p, const Vec3& normal, const Vec3& wo, bool front) {
+  const bool inside = glass_weight_ > 0 && !thin_ && !front;
+  coat_.emplace(p.clearcoat, p.clearcoat_roughness * p.clearcoat_roughness, normal, wo, inside);
   if (!inside) lobes_ |= kClearcoatLobe;
 }
 

@@ -36,6 +36,8 @@ struct BsdfSample {
                              ///< wrong geometric side
 };
 
+struct MaterialPoint;
+
 /// The scattering of light at one surface point for a fixed direction `wo`, as glTF 2.0 defines it: a Lambert
 /// base below a GGX layer of Schlick reflectance, mixed with a GGX metal and with a dielectric that transmits, all below
 /// a clear coat. The base is scaled by what the layers let through both ways, (1−E(i))(1−E(o))/(1−Ē), which equals glTF's
@@ -82,7 +84,7 @@ class Bsdf {
  private:
   friend class Bsdf8;
 
-  void set_clearcoat(const Scene& scene, const SurfacePoint& surface, const Vec3& wo);
+  void set_clearcoat(const MaterialPoint& point, const Vec3& normal, const Vec3& wo, bool front);
   void set_layer(const Rgb& f0, float f90);
   void set_selection();
   bool coated() const { return kAllFeatures && coat_.has_value(); }

@@ -1,0 +1,34 @@
+// glTF 2.0, §3.9, and the extensions named in Material.
+#include "core/trace/material_point.h"
+
+namespace photond {
+
+Rgb base_color_at(const Scene& scene, const SurfacePoint& s) {
+  const Material& m = *s.material;
+  Rgb color = m.base_color;
+  if (!s.mesh->colors.empty()) {
+    const auto& c = s.mesh->colors;
+    color *= Rgb((1 - s.u - s.v) * c[s.vertices.x] + s.u * c[s.vertices.y] + s.v * c[s.vertices.z]);
+  }
+  if (m.base_color_texture.used()) color *= Rgb(lookup(scene, m.base_color_texture, s));
+  return color;
+}
+
+MaterialPoint material_at(const Scene& scene, const SurfacePoint& s) {
+  const Material& m = *s.material;
+  MaterialPoint p{base_color_at(scene, s), m.metallic,     m.roughness, m.specular,
+                  m.specular_color,        m.transmission, m.clearcoat, m.clearcoat_roughness};
+  if (m.metallic_roughness_texture.used()) {
+    const Vec4 texel = lookup(scene, m.metallic_roughness_texture, s);
+    p.roughness *= texel.y;
+    p.metallic *= texel.z;
+  }
+  if (m.specular_texture.used()) p.specular *= lookup(scene, m.specular_texture, s).w;
+  if (m.specular_color_texture.used()) p.specular_color *= Rgb(lookup(scene, m.specular_color_texture, s));
+  if (m.transmission_texture.used()) p.transmission *= lookup(scene, m.transmission_texture, s).x;
+  if (m.clearcoat_texture.used()) p.clearcoat *= lookup(scene, m.clearcoat_texture, s).x;
+  if (m.clearcoat_roughness_texture.used()) p.clearcoat_roughness *= lookup(scene, m.clearcoat_roughness_texture, s).y;
+  return p;
+}
+
+}  // namespace photond
