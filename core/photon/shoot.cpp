@@ -184,13 +184,13 @@ class Shooter {
     } else {
       scatter_plain(plain, ended);
     }
-    scatter_specular(specular, ended);
+    scatter_specular(specular, other, ended);
     scatter_other(other, ended);
     restart(ended);
   }
 
-  // The walks at mirrors and smooth glass: as `scatter`, where nothing is stored.
-  void scatter_specular(const Subset& specular, Subset& ended) {
+  // The walks at mirrors and smooth glass: as `scatter`, where nothing is stored. Adds to `other` those that are left.
+  void scatter_specular(const Subset& specular, Subset& other, Subset& ended) {
     for (std::uint32_t k = 0; k < specular.size; ++k) {
       Walk& walk = walks_[specular.items[k]];
       const Hit& hit = hits_[specular.items[k]];
@@ -199,6 +199,10 @@ class Shooter {
     specular_.scatter(specular.size);
     for (std::uint32_t k = 0; k < specular.size; ++k) {
       Walk& walk = walks_[specular.items[k]];
+      if (specular_.settled[k] == 0) {
+        other.add(specular.items[k]);
+        continue;
+      }
       walk.etendue /= specular_.squeeze[k];
       walk.ray.origin = specular_.origin[k];
       walk.ray.direction = specular_.next_direction[k];

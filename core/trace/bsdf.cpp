@@ -180,8 +180,10 @@ Rgb Bsdf::eval_reflection(const Vec3& wi) const {
 }
 
 float Bsdf::smooth_glass_reflectance() const {
+  if (lobes() != kGlassLobe || alpha_ >= kSmoothAlpha) return 0;
+  if (flat(kGlassLobe)) return about_geometric_normal().smooth_glass_reflectance();
   float cos_t = 0;
-  return lobes() == kGlassLobe && alpha_ < kSmoothAlpha ? glass_reflectance(wo_.z, cos_t) : 0;
+  return glass_reflectance(wo_.z, cos_t);
 }
 
 float Bsdf::glass_reflectance(float cos_h, float& cos_t) const { return fresnel_dielectric(cos_h, eta_, cos_t); }
@@ -305,9 +307,8 @@ bool Bsdf::sample_diffuse(const Vec2& u, LobeMask mask, Transport transport, Bsd
 
 bool Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
   if (alpha_ < kSmoothAlpha) {
-    if (sample_smooth_reflection(mask, out)) return true;
-    out.flat = true;
-    return flattened().sample_smooth_reflection(mask, out);
+    if (flat(kReflectionLobe)) return about_geometric_normal().sample_smooth_reflection(mask, out);
+    return sample_smooth_reflection(mask, out);
   }
   const Vec3 h = ggx_sample_visible(wo_, alpha_, u);
   const Vec3 wi = 2 * glm::dot(wo_, h) * h - wo_;
@@ -325,9 +326,8 @@ bool Bsdf::sample_smooth_reflection(LobeMask mask, BsdfSample& out) const {
 
 bool Bsdf::sample_clearcoat(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
   if (coat_->smooth()) {
-    if (sample_smooth_clearcoat(mask, out)) return true;
-    out.flat = true;
-    return flattened().sample_smooth_clearcoat(mask, out);
+    if (flat(kClearcoatLobe)) return about_geometric_normal().sample_smooth_clearcoat(mask, out);
+    return sample_smooth_clearcoat(mask, out);
   }
   const Vec3 wi = frame_.to_local(coat_->sample(u));
   return wi.z > 0 && finish(wi, kClearcoatLobe, mask, transport, out);
@@ -343,9 +343,8 @@ bool Bsdf::sample_smooth_clearcoat(LobeMask mask, BsdfSample& out) const {
 
 bool Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const {
   if (alpha_ < kSmoothAlpha) {
-    if (sample_smooth_glass(choice, mask, transport, out)) return true;
-    out.flat = true;
-    return flattened().sample_smooth_glass(choice, mask, transport, out);
+    if (flat(kGlassLobe)) return about_geometric_normal().sample_smooth_glass(choice, mask, transport, out);
+    return sample_smooth_glass(choice, mask, transport, out);
   }
   const Vec3 h = ggx_sample_visible(wo_, alpha_, u);
   const float cos_h = glm::dot(wo_, h);
@@ -386,13 +385,29 @@ Vec3 Bsdf::glass_direction(const Vec3& h, float cos_h, float cos_t, bool reflect
   return -wo_ / eta_ + (cos_h / eta_ - cos_t) * h;
 }
 
-// The same where the surface is as flat as its triangle.
-Bsdf Bsdf::flattened() const {
+bool Bsdf::flat(LobeMask lobe) const {
+  if (!may_flatten_ || normal(lobe) == ng_) return false;
+  if (lobe == kClearcoatLobe) return !(glm::dot(coat_->mirrored(), ng_) > 0);
+  if (!same_side({-wo_.x, -wo_.y, wo_.z})) return true;
+  if (lobe != kGlassLobe) return false;
+  float cos_t = 0;
+  glass_reflectance(wo_.z, cos_t);
+  return cos_t > 0 && !same_side(glass_direction({0, 0, 1}, wo_.z, cos_t, false));
+}
+
+Bsdf Bsdf::about_shading_normal() const {
+  Bsdf same = *this;
+  same.may_flatten_ = false;
+  return same;
+}
+
+Bsdf Bsdf::about_geometric_normal() const {
   Bsdf flat = *this;
   flat.frame_ = Frame(ng_);
   flat.wo_ = flat.frame_.to_local(frame_.to_world(wo_));
   flat.wo_.z = std::max(flat.wo_.z, kMinCos);
   if (coated()) flat.coat_ = coat_->turned(ng_);
+  flat.may_flatten_ = false;
   return flat;
 }
 

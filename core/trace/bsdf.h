@@ -32,8 +32,6 @@ struct BsdfSample {
   LobeMask lobe = kNoLobe;   ///< the lobe that was chosen
   bool delta = false;
   bool transmitted = false;  ///< wi is on the other geometric side
-  bool flat = false;         ///< a delta lobe as if the surface were flat: about its shading normal wi would be on the
-                             ///< wrong geometric side
 };
 
 struct MaterialPoint;
@@ -43,7 +41,8 @@ struct MaterialPoint;
 /// a clear coat. The base is scaled by what the layers let through both ways, (1−E(i))(1−E(o))/(1−Ē), which equals glTF's
 /// (1−F) on average, is reciprocal and conserves energy exactly [Kelemen and Szirmay-Kalos 2001]. Other lobes below a
 /// coat are scaled by the lesser of what it lets through from either direction: reciprocal, too, and no energy is gained.
-/// Transmission uses the exact Fresnel equations.
+/// Transmission uses the exact Fresnel equations. Where a delta lobe would send light through the surface to the wrong
+/// side, it takes the surface as flat.
 class Bsdf {
  public:
   /// `wo`: unit, world, away from the surface, on the side of surface.ng.
@@ -63,6 +62,15 @@ class Bsdf {
   }
   /// The shading normal of one lobe.
   const Vec3& normal(LobeMask lobe) const { return lobe == kClearcoatLobe ? coat_->normal() : frame_.n; }
+
+  /// Whether a delta lobe is taken as flat.
+  bool flat(LobeMask delta_lobe) const;
+  /// The same where none is: about the shading normal, light may then go to the wrong side, where nothing is sampled.
+  Bsdf about_shading_normal() const;
+  /// The same where all are, and everything else is, too.
+  Bsdf about_geometric_normal() const;
+  /// The index beyond the surface over that on the side of wo, where light is bent.
+  float bending_index() const { return (lobes() & kGlassLobe) != 0 && !thin_ ? eta_ : 1; }
 
   /// Probability with which `sample` reflects, rather than refracts, where all there is is smooth glass; 0 elsewhere.
   float smooth_glass_reflectance() const;
@@ -95,6 +103,7 @@ class Bsdf {
   float selection(LobeMask lobe, LobeMask mask) const;
   bool above(const Vec3& wi) const;
   bool same_side(const Vec3& wi_local, const Vec3& wi) const;
+  bool same_side(const Vec3& wi_local) const { return same_side(wi_local, frame_.to_world(wi_local)); }
 
   Rgb reflection_fresnel(float cos_h) const;
   Rgb eval_reflection(const Vec3& wi) const;
@@ -115,7 +124,6 @@ class Bsdf {
   bool sample_smooth_clearcoat(LobeMask mask, BsdfSample& out) const;
   bool sample_smooth_glass(float choice, LobeMask mask, Transport transport, BsdfSample& out) const;
   Vec3 glass_direction(const Vec3& h, float cos_h, float cos_t, bool reflected) const;
-  Bsdf flattened() const;
   bool finish(const Vec3& wi_local, LobeMask lobe, LobeMask mask, Transport transport, BsdfSample& out) const;
 
   Frame frame_;
@@ -135,6 +143,7 @@ class Bsdf {
   float select_[4] = {0, 0, 0, 0};  // relative selection probabilities of the lobes
   LobeMask lobes_ = kNoLobe;
   bool thin_ = true;
+  bool may_flatten_ = true;
   std::optional<Clearcoat> coat_;
 };
 

@@ -15,17 +15,13 @@ namespace {
 // the sine of the shading normal's tilt: so much light leaves where those never do.
 constexpr float kTilted = 0.5f;
 
-bool scatter_flat(const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi, float most_normal_factor, const Vec3& u,
-                  Rng& rng, FluxSample& out) {
+bool scatter_flat(const Bsdf& bsdf, const Vec3& u, Rng& rng, FluxSample& out) {
   auto sample = bsdf.sample(u, kAllLobes, Transport::flux);
   if (!sample) return false;
   out.by_gathered = settle_gathered(bsdf, gathered_lobes(bsdf), rng, *sample);
   out.wi = sample->wi;
   out.weight = sample->weight;
   out.transmitted = sample->transmitted;
-  if (surface.smooth && !sample->flat) {   // of a delta lobe
-    out.weight *= shading_normal_factor(bsdf.normal(sample->lobe), surface.ng, wi, out.wi, most_normal_factor);
-  }
   return true;
 }
 
@@ -95,6 +91,71 @@ bool scatter_spread(const Scene& scene, const Spread& spread, const Vec3& wi, fl
   return max_component(out.weight) > 0;
 }
 
+// Where light may leave by delta lobes, and what it carries there.
+struct Exit {
+  BsdfSample sample;
+  Rgb weight{0};         // black where no path from the eye sees it
+
+  explicit Exit(const std::optional<BsdfSample>& drawn) {
+    if (drawn) sample = *drawn;
+  }
+  float power() const { return max_component(weight); }
+};
+
+// How a path from the eye that arrives where light leaves by a delta lobe sees that lobe.
+struct Seen {
+  bool flat;
+  Vec3 normal;           // on the side of the photon
+
+  Seen(const Scene& scene, const SurfacePoint& surface, const BsdfSample& sample) {
+    const SurfacePoint seen = seen_from(scene, surface, sample.wi);
+    const Bsdf eye(scene, seen, sample.wi);
+    flat = eye.flat(sample.lobe);
+    normal = sample.transmitted ? -eye.normal(sample.lobe) : eye.normal(sample.lobe);
+  }
+};
+
+bool alike(const Vec3& a, const Vec3& b) { return glm::dot(a, b) > 1 - 1e-6f; }
+
+Exit about_shading_normal(const Scene& scene, const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi,
+                          float most_normal_factor, const Vec3& u) {
+  Exit exit(bsdf.about_shading_normal().sample(u, bsdf.delta_lobes(), Transport::flux));
+  if (exit.sample.lobe == kNoLobe) return exit;
+  const Vec3& n = bsdf.normal(exit.sample.lobe);
+  if (!far_from_flat(-wi, n, surface.ng, bsdf.bending_index())) {
+    const Seen seen(scene, surface, exit.sample);
+    if (seen.flat || !alike(seen.normal, n)) return exit;
+  }
+  exit.weight = exit.sample.weight * shading_normal_factor(n, surface.ng, wi, exit.sample.wi, most_normal_factor);
+  return exit;
+}
+
+Exit about_geometric_normal(const Scene& scene, const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi,
+                            const Vec3& u) {
+  Exit exit(bsdf.about_geometric_normal().sample(u, bsdf.delta_lobes(), Transport::flux));
+  if (exit.sample.lobe == kNoLobe) return exit;
+  const Vec3& n = bsdf.normal(exit.sample.lobe);
+  if (far_from_flat(-wi, n, surface.ng, bsdf.bending_index())) return exit;
+  const Seen seen(scene, surface, exit.sample);
+  if (seen.flat || (alike(seen.normal, surface.ng) && !alike(n, surface.ng))) exit.weight = exit.sample.weight;
+  return exit;
+}
+
+// The adjoint of a rule: paths from the eye take the surface as flat where the shading normal would send them through
+// it. So some light leaves twice, once about either normal, and some never.
+bool scatter_delta(const Scene& scene, const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi,
+                   float most_normal_factor, const Vec3& u, Rng& rng, FluxSample& out) {
+  const Exit shading = about_shading_normal(scene, surface, bsdf, wi, most_normal_factor, u);
+  const Exit flat = about_geometric_normal(scene, surface, bsdf, wi, u);
+  const float sum = shading.power() + flat.power();
+  if (!(sum > 0)) return false;
+  const float p = shading.power() / sum;
+  const bool by_shading = p == 1 || (p > 0 && rng.next() < p);
+  const Exit& exit = by_shading ? shading : flat;
+  out = {exit.sample.wi, exit.weight / (by_shading ? p : 1 - p), exit.sample.transmitted, false};
+  return true;
+}
+
 }  // namespace
 
 bool scatter_flux(const Scene& scene, const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi,
@@ -102,25 +163,16 @@ bool scatter_flux(const Scene& scene, const SurfacePoint& surface, const Bsdf& b
   const Vec2 u = rng.next2();
   const float choice = rng.next();
   const LobeMask spread = bsdf.lobes() & ~bsdf.delta_lobes();
-  if (!surface.smooth || spread == kNoLobe) {
-    return scatter_flat(surface, bsdf, wi, most_normal_factor, {u, choice}, rng, out);
-  }
+  if (!surface.smooth) return scatter_flat(bsdf, {u, choice}, rng, out);
   const float share = bsdf.share(spread);
   const bool by_spread = choice < share;
   const float part = by_spread ? share : 1 - share;
   const float rest = std::min((by_spread ? choice : choice - share) / part, 0x1.fffffep-1f);
-  if (by_spread) {
-    if (!scatter_spread(scene, {surface, bsdf, spread}, wi, most_normal_factor, {u, rest}, rng, out)) return false;
-  } else {
-    const auto sample = bsdf.sample({u, rest}, bsdf.delta_lobes(), Transport::flux);
-    if (!sample) return false;
-    out = {sample->wi, sample->weight, sample->transmitted, false};
-    if (!sample->flat) {
-      out.weight *= shading_normal_factor(bsdf.normal(sample->lobe), surface.ng, wi, sample->wi, most_normal_factor);
-    }
-  }
+  const bool scattered =
+      by_spread ? scatter_spread(scene, {surface, bsdf, spread}, wi, most_normal_factor, {u, rest}, rng, out)
+                : scatter_delta(scene, surface, bsdf, wi, most_normal_factor, {u, rest}, rng, out);
   out.weight /= part;
-  return true;
+  return scattered;
 }
 
 }  // namespace photond

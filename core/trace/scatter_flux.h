@@ -17,8 +17,10 @@ struct FluxSample {
 ///
 /// The exact adjoint of what paths from the eye do [Veach 1997, §5.3]. They bend shading normals towards where they come
 /// from, and so see a surface from below the horizon of its shading normal, too, as if it grazed them: photons leave that
-/// way as well, and what they carry is told by the BSDF as a path sees it that arrives along their way. What grows
-/// without bound where light grazes the true surface is bounded by `most_normal_factor`.
+/// way as well, and what they carry is told by the BSDF as a path sees it that arrives along their way. Mirrors and smooth
+/// glass send paths about the true normal where the shading normal would send them through the surface: photons leave
+/// about that as well where paths arrive so, and about the shading normal only where they do not. What grows without bound
+/// where light grazes the true surface is bounded by `most_normal_factor`.
 bool scatter_flux(const Scene& scene, const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi,
                   float most_normal_factor, Rng& rng, FluxSample& out);
 

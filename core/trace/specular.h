@@ -37,6 +37,21 @@ struct SpecularBounce {
   return {bent * (1 / std::sqrt(glm::dot(bent, bent))), refracts};
 }
 
+/// Whether the shading normal `n` of a mirror or smooth glass is all that counts for light that travels along `in`:
+/// wherever it may leave, by that normal or by the geometric one, paths from the eye do not take the surface as flat
+/// (Bsdf::flat). So it is far from grazing and critical angles, in terms of how much n is tilted; nearer it is not told.
+[[gnu::always_inline]] inline bool far_from_flat(const Vec3& in, const Vec3& n, const Vec3& ng, float eta) {
+  const float along = glm::dot(n, ng), cosine = glm::dot(in, ng);
+  const float margin = 2 * std::sqrt(std::max(0.0f, 1 - along * along));   // sines of twice the tilt, at least
+  const float least_sq = margin * margin;
+  const float sine = std::sqrt(std::max(0.0f, 1 - cosine * cosine));
+  // Sines of incidence on this side, where it is as oblique as tilted normals can make it, and of refraction.
+  const float oblique = sine + std::max(eta, 1.0f) * margin;
+  const float bent_most = (sine + margin) / eta, bent_least = std::max(sine - margin, 0.0f) / eta;
+  const bool apart = oblique * oblique + least_sq < 1;
+  return apart & ((bent_most * bent_most + least_sq < 1) | (bent_least > 1));
+}
+
 /// What corrects flux for a shading normal explodes at grazing incidence: in each pass it is bounded. Where normals are
 /// tilted by 60° a bound of 8 cuts 3 % of the light off, which vanishes as the bound grows from pass to pass; so does what
 /// a single photon adds to the mean of the passes.
@@ -67,6 +82,7 @@ struct alignas(64) SpecularBounces {
   Vec3Lanes next_direction;
   Vec3Lanes next_flux;           ///< black where Russian roulette ends the path, or no direction is left
   float squeeze[kLanes];          ///< compression by refraction, else 1: what the path's étendue is to be divided by
+  std::uint32_t settled[kLanes];  ///< 1, or 0 where what leaves the surface is not for this to find (far_from_flat)
 
   /// Fills lane k.
   void set(std::uint32_t k, const PlacedMesh& mesh, const Hit& hit, const Vec3& in, const Rgb& power,
@@ -79,16 +95,10 @@ struct alignas(64) SpecularBounces {
     depth[k] = bounces;
     for (auto& number : random) number[k] = rng.next();
   }
-  /// Computes the first `count` bounces, surviving in proportion to what is kept. Where a shading normal would send a
-  /// photon to the wrong side of the surface, the surface is taken as flat.
+  /// Computes the first `count` bounces, surviving in proportion to what is kept.
   void scatter(std::uint32_t count);
 
   static constexpr float kMostNormalFactor = 8;   ///< of interpolated normals, which are hardly tilted
-
- private:
-  void scatter(std::uint32_t i, const Vec3& n);
-
-  std::uint32_t valid_[kLanes];
 };
 
 }  // namespace photond

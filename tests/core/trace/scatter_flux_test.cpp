@@ -161,5 +161,61 @@ TEST(ScatterFlux, CoatsReflectBesideTheirBase) {
   EXPECT_NEAR(coat.mean, fresnel * factor, test::kSigmas * coat.standard_error());
 }
 
+// What mirrors and smooth glass show to paths that arrive from everywhere, of light that arrives from everywhere: both
+// weighted so that all places tell apart.
+double light(const Vec3& from) {
+  return 1 + static_cast<double>(0.7f * from.x + 0.4f * from.y + 0.2f * from.z * from.x);
+}
+
+class SmoothFlux : public testing::TestWithParam<std::tuple<Case, float>> {};
+
+TEST_P(SmoothFlux, IsTheAdjointOfWhatPathsSee) {
+  const auto& [c, tilt] = GetParam();
+  const Tilted plane(c.material, tilt);
+  constexpr std::uint64_t kDraws = 400'000;
+  const auto seen = [&](bool far) {
+    return test::draw(kDraws, [&](Rng& rng) {
+      const Vec3 out = square_to_sphere(rng.next2());
+      const Vec2 u = rng.next2();
+      if (beyond(out) != far) return 0.0;
+      const Bsdf bsdf(plane.scene, plane.seen_from(out), out);
+      const auto sample = bsdf.sample({u, rng.next()}, kAllLobes, Transport::radiance);
+      if (!sample || !sample->delta) return 0.0;
+      return static_cast<double>(sample->weight.x * std::abs(out.z) / kSpherePdf) * light(sample->wi) * value(out);
+    });
+  };
+  const auto carried = [&](bool far) {
+    return test::draw(kDraws, [&](Rng& rng) {
+      const Vec3 from = square_to_sphere(rng.next2());
+      const SurfacePoint s = plane.seen_from(from);
+      const Bsdf bsdf(plane.scene, s, from);
+      FluxSample sample;
+      if (!scatter_flux(plane.scene, s, bsdf, from, kMost, rng, sample)) return 0.0;
+      if (sample.by_gathered || beyond(sample.wi) != far) return 0.0;
+      return static_cast<double>(sample.weight.x * std::abs(from.z) / kSpherePdf) * light(from) * value(sample.wi);
+    });
+  };
+  for (const bool far : {false, true}) {
+    const test::Sample expected = seen(far), photons = carried(far);
+    const double error = std::hypot(expected.standard_error(), photons.standard_error());
+    EXPECT_NEAR(photons.mean, expected.mean, test::kSigmas * error + 1e-5) << c.name << (far ? ", beyond" : "");
+  }
+}
+
+Material coated_bumps() { return bumpy(coated(test::lambert(Rgb(0.7f)), 0)); }
+
+Material thin_glass() {
+  Material m = test::glass(1.5f);
+  m.thin_walled = true;
+  return m;
+}
+
+INSTANTIATE_TEST_SUITE_P(Materials, SmoothFlux,
+                         testing::Combine(testing::Values(Case{"mirror", metal(0)}, Case{"glass", test::glass(1.5f)},
+                                                          Case{"dense glass", test::glass(2.4f)},
+                                                          Case{"thin glass", thin_glass()}, Case{"plastic", plastic(0)},
+                                                          Case{"coated bumps", coated_bumps()}),
+                                          testing::Values(0.0f, 10.0f, 30.0f, 50.0f)));
+
 }  // namespace
 }  // namespace photond
