@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/math/rng.h"
+#include "core/trace/dispersion.h"
 #include "core/trace/medium.h"
 #include "core/trace/plain.h"
 #include "core/trace/roulette.h"
@@ -70,6 +71,7 @@ class Shooter {
         last_(last),
         per_unit_(1 / scene.lights.flux_unit()),
         most_normal_factor_(most_normal_factor(key.pass)),
+        wavelengths_(wavelengths_of_pass(key.settings.seed, key.pass)),
         far_(scene.triangle_count > kCachedTriangles),
         only_caustic_(key.set == PhotonSet::caustic) {
     spent.global.clear();
@@ -272,10 +274,11 @@ class Shooter {
   }
 
   // From the ray's end off the surface again; false where the path ends.
-  bool scatter(Walk& walk, const Hit& hit, const SurfacePoint& surface) {
+  bool scatter(Walk& walk, const Hit& hit, SurfacePoint surface) {
     if (walk.medium.active() || surface.material->transmission > 0) {
       carry(walk, walk.flux * walk.medium.transmittance(scene_.scene, surface, hit.t));
     }
+    if (disperses(*surface.material)) disperse(surface, walk.flux, wavelengths_, walk.rng.next());
     const Vec3 wi = -walk.ray.direction;
     const Bsdf bsdf(scene_.scene, surface, wi);
     const LobeMask gathered = gathered_lobes(bsdf);
@@ -297,7 +300,7 @@ class Shooter {
     }
     if (sample.by_gathered) walk.map = kGlobal;
     walk.medium.cross(scene_.scene, surface, sample.transmitted);
-    if (sample.transmitted) walk.etendue /= compression(*surface.material, surface.front);
+    if (sample.transmitted) walk.etendue /= compression(surface);
     walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample.wi);
     walk.ray.direction = sample.wi;
     return carry_finite(walk, next * (1 / survival)) && goes_on(walk);
@@ -363,6 +366,7 @@ class Shooter {
   std::uint64_t last_;
   float per_unit_;               // 1/Lights::flux_unit
   float most_normal_factor_;
+  Vec3 wavelengths_;
   bool far_;
   bool only_caustic_;
   PhotonBlock block_;

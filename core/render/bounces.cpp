@@ -3,6 +3,7 @@
 
 #include "core/render/direct_light.h"
 #include "core/render/gather.h"
+#include "core/trace/dispersion.h"
 #include "core/trace/gathered.h"
 
 namespace photond {
@@ -26,8 +27,8 @@ void continue_by(const Scene& scene, CameraPath& path, const SurfacePoint& surfa
                  float share) {
   path.throughput *= sample.weight * share;
   if (sample.transmitted) {
-    path.compression *= compression(*surface.material, surface.front);
-    path.ratio *= compression(*surface.material, surface.front);
+    path.compression *= compression(surface);
+    path.ratio *= compression(surface);
   }
   path.chained = path.shared;
   path.medium.cross(scene, surface, sample.transmitted);
@@ -48,7 +49,7 @@ Lobes divide(const Bsdf& bsdf, Technique technique) {
 }
 
 // From the ray's end off the surface again; false where the path ends.
-bool Bounces::advance(Walk& walk, const Hit& hit, const SurfacePoint& surface) {
+bool Bounces::advance(Walk& walk, const Hit& hit, SurfacePoint surface) {
   CameraPath& path = walk.path;
   path.throughput *= path.medium.transmittance(scene_.scene, surface, hit.t);
   add_emission(walk, surface, hit.t);
@@ -57,6 +58,7 @@ bool Bounces::advance(Walk& walk, const Hit& hit, const SurfacePoint& surface) {
     samples_[walk.sample].truncated = true;
     return false;
   }
+  if (disperses(*surface.material)) disperse(surface, path.throughput, settings_.wavelengths, walk.rng.next());
   const Bsdf bsdf(scene_.scene, surface, -path.ray.direction);
   const Lobes lobes = divide(bsdf, technique(path));
   sample_direct_light(scene_, path, surface, bsdf, lobes, walk.rng, walk.sample, shadows);

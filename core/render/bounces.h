@@ -31,7 +31,7 @@ class Bounces {
   }
 
   /// From the ray's end, on `surface`, off it again; false where the path ends.
-  bool advance(Walk& walk, const Hit& hit, const SurfacePoint& surface);
+  bool advance(Walk& walk, const Hit& hit, SurfacePoint surface);
   /// Adds light that the path meets: at the end of its ray, or where that has none.
   void add_emission(const Walk& walk, const SurfacePoint& surface, float distance);
   void add_environment(const Walk& walk);

@@ -33,7 +33,7 @@ struct CameraPath {
   float share(const SurfacePoint& surface, const Vec3& wi, float etendue) const {
     if (!shared) return 1;
     const bool transmitted = glm::dot(wi, surface.ng) < 0;
-    return share_of(ratio * (transmitted ? photond::compression(*surface.material, surface.front) : 1) * etendue);
+    return share_of(ratio * (transmitted ? photond::compression(surface) : 1) * etendue);
   }
 
  private:

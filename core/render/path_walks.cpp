@@ -79,9 +79,9 @@ void PathWalks::advance_others() {
     const Hit hit = hits_[k];
     Walk& walk = walks_[i];
     walk = paths_.walk(k);
-    const SurfacePoint surface =
-        paths_.surfaces.surface(k, scene_.scene, scene_.placed[hit.instance], walk.path.ray, hit);
-    const bool alive = bounces_.advance(walk, hit, surface);
+    const PlacedMesh& mesh = scene_.placed[hit.instance];
+    const bool alive =
+        bounces_.advance(walk, hit, paths_.surfaces.surface(k, scene_.scene, mesh, walk.path.ray, hit));
     ++walk.path.depth;
     if (!alive) walk.path.throughput = Rgb(0);
   }

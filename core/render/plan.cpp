@@ -5,6 +5,7 @@
 
 #include "core/photon/shoot.h"
 #include "core/trace/casters.h"
+#include "core/trace/dispersion.h"
 #include "core/trace/medium.h"
 
 namespace photond {
@@ -16,6 +17,7 @@ struct Features {
   bool absorption = false;
   bool alpha = false;
   bool clearcoat = false;
+  std::string dispersing;      // name of the first material that disperses
   bool bounded_light = false;   // any light but the environment
   bool surfaces = false;
   bool receivers = false;       // surfaces that gather photons
@@ -54,6 +56,7 @@ void note_material(const Scene& scene, const Material& m, Features& features) {
   features.absorption = features.absorption || Medium::absorbs(m);
   features.alpha = features.alpha || m.alpha_mode != AlphaMode::opaque;
   features.clearcoat = features.clearcoat || m.clearcoat > 0;
+  if (features.dispersing.empty() && disperses(m)) features.dispersing = label(m);
   features.bounded_light = features.bounded_light || m.emissive();
   features.receivers = features.receivers || gathers(m);
   features.surfaces = true;
@@ -161,6 +164,13 @@ PlanItem gloss_item(const PreparedScene& scene, const Plan& plan) {
                               : "the method stores no photons"};
 }
 
+PlanItem dispersion_item(const std::string& material, Method method) {
+  if (material.empty()) return {"dispersion", false, "no material disperses light"};
+  return {"dispersion", true, material + " disperses light: " +
+                                  (method == Method::photon_map ? "a map holds light of three wavelengths only"
+                                                                : "each pass traces three other wavelengths")};
+}
+
 PlanItem touching_item(std::size_t triangles) {
   return {"touching_glass", triangles > 0,
           triangles == 0 ? "no glass lies exactly on another surface"
@@ -214,6 +224,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
   plan.items.push_back({"volume_absorption", features.absorption,
                         features.absorption ? "a transmitting volume has an attenuation colour"
                                             : "no volume absorbs light"});
+  plan.items.push_back(dispersion_item(features.dispersing, plan.method));
   plan.items.push_back(touching_item(scene.touching_glass));
   plan.items.push_back({"alpha_test", features.alpha,
                         features.alpha ? "a material is masked or blended" : "every material is opaque"});

@@ -34,6 +34,7 @@ struct RadianceSettings {
   float pilot_share = 1;                 ///< density, merge: paths of the guide's pilot over those of `maps`
   float radius_sq = 0;                   ///< density, merge: widest, 0 for the guide's; nearest, final_gather: largest
   float shrink = 1;                      ///< density, merge: factor of the guide's radius², falling with the passes
+  Vec3 wavelengths{0};                   ///< of the pass (disperse)
   float most_normal_factor = 8;          ///< as in estimate_scales
   float pixel_width = 0;                 ///< density, merge: a pixel's footprint in metres is pixel_width
   float pixel_spread = 0;                ///<   + pixel_spread · the path's length

@@ -8,6 +8,7 @@
 #include "core/photon/radius.h"
 #include "core/render/film_rays.h"
 #include "core/render/pilot.h"
+#include "core/trace/dispersion.h"
 #include "core/trace/enclosing.h"
 #include "core/trace/specular.h"
 
@@ -50,6 +51,8 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
   settings.start = task.start;
   settings.apart = task.camera.orthographic && has_absorption(task.scene->scene);
   settings.most_normal_factor = most_normal_factor(pass);
+  // As those of the photons: photon_map has the ones of pass 0 throughout.
+  settings.wavelengths = wavelengths_of_pass(task.photons.seed, task.plan.method == Method::photon_map ? 0 : pass);
   if (!task.plan.uses_maps) return settings;
   if (task.plan.method != Method::photon_map) {
     settings.technique = task.plan.method == Method::hybrid ? Technique::merge : Technique::density;

@@ -48,6 +48,7 @@ struct Material {
   bool thin_walled = true;                               ///< KHR_materials_volume: thicknessFactor is 0
   Rgb attenuation_color{1};
   float attenuation_distance = kInfinity;                ///< metres
+  float dispersion = 0;                                  ///< KHR_materials_dispersion: 20 over Abbe's number
   float clearcoat = 0;                                   ///< KHR_materials_clearcoat: amount of the layer on top
   TextureSlot clearcoat_texture;                         ///< linear R
   float clearcoat_roughness = 0;                         ///< perceptual

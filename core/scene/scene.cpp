@@ -67,6 +67,7 @@ struct SceneHasher {
     value(m.thin_walled);
     value(m.attenuation_color);
     value(m.attenuation_distance);
+    value(m.dispersion);
     value(m.clearcoat);
     slot(m.clearcoat_texture);
     value(m.clearcoat_roughness);

@@ -67,7 +67,7 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
     glass_tint_ = p.base_color;
     glass_specular_ = glm::min(p.specular * p.specular_color, Rgb(1));
     thin_ = material.thin_walled;
-    float ior = material.ior == 0 ? 1e6f : material.ior;
+    float ior = surface.ior == 0 ? 1e6f : surface.ior;
     // The normals of rough facets follow from how they bend light.
     if (alpha_ >= kSmoothAlpha && !thin_) ior = std::max(ior, 1.00001f);
     eta_ = thin_ || surface.front ? ior : 1 / ior;

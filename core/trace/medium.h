@@ -11,10 +11,10 @@ namespace photond {
 /// The squared index beyond a transmitting surface over that on the side a path comes from, which is its front or not;
 /// 1 of thin walls. Refraction divides the radiance a path from the eye sees, and the étendue of a path from a light,
 /// by it.
-inline float compression(const Material& material, bool front) {
-  if (material.thin_walled || material.ior == 0) return 1;
-  const float eta_sq = material.ior * material.ior;
-  return front ? eta_sq : 1 / eta_sq;
+inline float compression(const SurfacePoint& surface) {
+  if (surface.material->thin_walled || surface.ior == 0) return 1;
+  const float eta_sq = surface.ior * surface.ior;
+  return surface.front ? eta_sq : 1 / eta_sq;
 }
 
 /// The volumes (KHR_materials_volume) a path travels in, one within another, from the outermost that absorbs on; the

@@ -15,7 +15,7 @@ Shading shading_of(const Material& m) {
   if (m.metallic == 1 && !is_black(m.base_color)) return Shading::mirror;
   const bool textured = m.specular_texture.used() || m.specular_color_texture.used() || m.transmission_texture.used();
   const bool by_fresnel = m.transmission == 1 && m.specular == 1 && m.specular_color == Rgb(1) && !textured;
-  const bool clear = !m.thin_walled && m.ior != 0 && !(m.attenuation_distance < kInfinity);
+  const bool clear = !m.thin_walled && m.ior != 0 && m.dispersion == 0 && !(m.attenuation_distance < kInfinity);
   return m.metallic == 0 && by_fresnel && clear ? Shading::glass : Shading::other;
 }
 

@@ -132,6 +132,7 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
   s.v = hit.v;
   s.mesh = &scene.meshes[scene.instances[hit.instance].mesh];
   s.material = &scene.materials[s.mesh->material];
+  s.ior = s.material->ior;
   s.vertices = s.mesh->triangles[hit.triangle];
 
   const TriangleVertices world = vertices_of(scene, hit.instance, hit.triangle);
@@ -173,6 +174,7 @@ SurfacePoint SurfaceLanes::point(std::uint32_t k, const Scene& scene, const Hit&
   s.triangle = hit.triangle;
   s.mesh = &scene.meshes[scene.instances[hit.instance].mesh];
   s.material = &scene.materials[s.mesh->material];
+  s.ior = s.material->ior;
   s.vertices = s.mesh->triangles[hit.triangle];
   s.front = side[k] > 0;
   s.smooth = !s.mesh->normals.empty();

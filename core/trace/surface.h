@@ -26,6 +26,7 @@ struct SurfacePoint {
   glm::uvec3 vertices;        ///< indices into the mesh's attributes
   const Mesh* mesh;
   const Material* material;
+  float ior;                  ///< the material's, at the wavelength of the ray (disperse)
   bool front = true;          ///< the ray came from the front face
   bool smooth = false;        ///< ns may differ from ng
 };

@@ -22,6 +22,7 @@ class MaterialReader {
     specular();
     transmission();
     volume();
+    dispersion();
     clearcoat();
     unlit();
     if (!status_) return status_.error();
@@ -97,6 +98,11 @@ class MaterialReader {
     if (!(distance > 0)) return fail("attenuationDistance must be positive", where);
     // Exporters write the largest float for "no attenuation"; beyond any scene's size it means the same.
     if (distance < kMaxMagnitude) out_.attenuation_distance = static_cast<float>(distance);
+  }
+
+  void dispersion() {
+    const tinygltf::Value* from = extension(from_.extensions, "KHR_materials_dispersion");
+    out_.dispersion = bounded(number(from, "dispersion", 0), where_ + ".extensions.KHR_materials_dispersion.dispersion");
   }
 
   void clearcoat() {

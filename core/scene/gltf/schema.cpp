@@ -133,6 +133,8 @@ constexpr Field kSpecularFields[] = {{"specularFactor", &kUnit},
 constexpr Schema kSpecular = object(kSpecularFields);
 constexpr Field kTransmissionFields[] = {{"transmissionFactor", &kUnit}, {"transmissionTexture", &kInfo}};
 constexpr Schema kTransmission = object(kTransmissionFields);
+constexpr Field kDispersionFields[] = {{"dispersion", &kExtensionNonNegative}};
+constexpr Schema kDispersion = object(kDispersionFields);
 constexpr Field kVolumeFields[] = {{"thicknessFactor", &kExtensionNonNegative},
                                    {"thicknessTexture", &kInfo},
                                    {"attenuationDistance", &kExtensionNonNegative},
@@ -145,6 +147,7 @@ constexpr Field kClearcoatFields[] = {{"clearcoatFactor", &kUnit},
                                       {"clearcoatNormalTexture", &kInfo}};
 constexpr Schema kClearcoat = object(kClearcoatFields);
 constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_clearcoat", &kClearcoat},
+                                              {"KHR_materials_dispersion", &kDispersion},
                                               {"KHR_materials_emissive_strength", &kStrength},
                                               {"KHR_materials_ior", &kIor},
                                               {"KHR_materials_specular", &kSpecular},

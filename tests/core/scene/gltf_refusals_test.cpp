@@ -93,6 +93,9 @@ TEST(GltfRefusals, RefusesMaterialValuesOutOfRange) {
       {"/alphaMode", "GHOST", "materials[0].alphaMode"},
       {"/emissiveFactor", {2, 0, 0}, "materials[0].emissiveFactor[0]"},
       {"/extensions/KHR_materials_ior/ior", 0.5, "materials[0].extensions.KHR_materials_ior.ior"},
+      {"/extensions/KHR_materials_dispersion/dispersion", -1, "materials[0].extensions.KHR_materials_dispersion.dispersion"},
+      {"/extensions/KHR_materials_dispersion/dispersion", 1e30,
+       "materials[0].extensions.KHR_materials_dispersion.dispersion"},
       {"/extensions/KHR_materials_volume/attenuationDistance", 0,
        "materials[0].extensions.KHR_materials_volume.attenuationDistance"}};
   for (const Damage& damage : damages) {

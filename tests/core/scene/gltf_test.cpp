@@ -223,7 +223,7 @@ TEST(Gltf, ReadsMaterialExtensions) {
     "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.6},
     "extensions": {
       "KHR_materials_emissive_strength": {"emissiveStrength": 10},
-      "KHR_materials_ior": {"ior": 1.33},
+      "KHR_materials_ior": {"ior": 1.33}, "KHR_materials_dispersion": {"dispersion": 0.1},
       "KHR_materials_specular": {"specularFactor": 0.7, "specularColorFactor": [1, 2, 3]},
       "KHR_materials_transmission": {"transmissionFactor": 0.8},
       "KHR_materials_volume": {"thicknessFactor": 2, "attenuationDistance": 3, "attenuationColor": [0.9, 0.8, 0.7]},
@@ -241,6 +241,7 @@ TEST(Gltf, ReadsMaterialExtensions) {
   EXPECT_FLOAT_EQ(m.alpha_cutoff, 0.25f);
   EXPECT_TRUE(m.double_sided);
   EXPECT_FLOAT_EQ(m.ior, 1.33f);
+  EXPECT_FLOAT_EQ(m.dispersion, 0.1f);
   EXPECT_FLOAT_EQ(m.specular, 0.7f);
   EXPECT_EQ(m.specular_color, Rgb(1, 2, 3));
   EXPECT_FLOAT_EQ(m.transmission, 0.8f);

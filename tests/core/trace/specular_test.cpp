@@ -83,7 +83,7 @@ TEST(Specular, IsWhatBsdfsSampleOneByOne) {
       const float grazing = std::abs(glm::dot(sample->wi, s.ng) * glm::dot(ray.direction, s.ng));
       EXPECT_LT(glm::distance(lanes->next_direction[k], sample->wi), kRounding / std::max(grazing, 1e-3f) + kRounding);
       EXPECT_LT(glm::distance(lanes->next_flux[k], next), kRounding / std::max(grazing, 1e-3f) * glm::length(next));
-      EXPECT_NEAR(lanes->squeeze[k], sample->transmitted ? compression(*s.material, s.front) : 1, kRounding);
+      EXPECT_NEAR(lanes->squeeze[k], sample->transmitted ? compression(s) : 1, kRounding);
       EXPECT_LT(glm::distance(lanes->origin[k], spawn_ray(s, sample->wi).origin), 1e-6f);
     }
   }
