@@ -18,6 +18,7 @@ struct Features {
   bool alpha = false;
   bool clearcoat = false;
   std::string dispersing;      // name of the first material that disperses
+  bool sheen = false;
   bool bounded_light = false;   // any light but the environment
   bool surfaces = false;
   bool receivers = false;       // surfaces that gather photons
@@ -34,8 +35,9 @@ std::string percent(double share) {
   return text;
 }
 
-// Whether photons may be gathered on it: neither clear glass nor polished metal all over.
+// Whether photons may be gathered on it: neither clear glass nor polished metal all over, or below a sheen.
 bool gathers(const Material& m) {
+  if (m.sheened()) return true;
   if (m.transmission == 1 && !m.transmission_texture.used()) return false;
   if (m.clearcoat > 0 && (m.clearcoat_roughness_texture.used() || m.clearcoat_roughness * m.clearcoat_roughness >= kGatherAlpha)) {
     return true;
@@ -57,6 +59,7 @@ void note_material(const Scene& scene, const Material& m, Features& features) {
   features.alpha = features.alpha || m.alpha_mode != AlphaMode::opaque;
   features.clearcoat = features.clearcoat || m.clearcoat > 0;
   if (features.dispersing.empty() && disperses(m)) features.dispersing = label(m);
+  features.sheen = features.sheen || m.sheened();
   features.bounded_light = features.bounded_light || m.emissive();
   features.receivers = features.receivers || gathers(m);
   features.surfaces = true;
@@ -230,6 +233,8 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                         features.alpha ? "a material is masked or blended" : "every material is opaque"});
   plan.items.push_back({"clearcoat", features.clearcoat,
                         features.clearcoat ? "a material has a clear coat" : "no material has a clear coat"});
+  plan.items.push_back({"sheen", features.sheen,
+                        features.sheen ? "a material has a sheen" : "no material has a sheen"});
   plan.items.push_back(environment_item(scene));
   add_lacks(features, !scene.lights.empty(), plan.items);
   return plan;

@@ -55,6 +55,10 @@ struct Material {
   TextureSlot clearcoat_roughness_texture;               ///< linear G
   TextureSlot clearcoat_normal_texture;                  ///< as normal_texture, which does not bend the coat
   float clearcoat_normal_scale = 1;
+  Rgb sheen_color{0};                                    ///< KHR_materials_sheen: fibres between coat and base
+  TextureSlot sheen_color_texture;                       ///< sRGB
+  float sheen_roughness = 0;                             ///< perceptual
+  TextureSlot sheen_roughness_texture;                   ///< linear A
 
   bool emissive() const { return !is_black(emission); }
   /// Where it emits, every place does alike.
@@ -62,16 +66,20 @@ struct Material {
     return !emission_texture.used() && (!kAllFeatures || alpha_mode == AlphaMode::opaque);
   }
   /// A Lambert surface without a layer, whatever textures say.
-  bool bare_diffuse() const { return metallic == 0 && specular == 0 && transmission == 0 && clearcoat == 0; }
+  bool bare_diffuse() const {
+    return metallic == 0 && specular == 0 && transmission == 0 && clearcoat == 0 && !sheened();
+  }
+  bool sheened() const { return !is_black(sheen_color); }
   /// Whether a texture bends any of its normals.
   bool bends_normals() const { return normal_texture.used() || clearcoat_normal_texture.used(); }
 };
 
 /// All that a material may have.
-inline std::array<const TextureSlot*, 10> texture_slots(const Material& m) {
+inline std::array<const TextureSlot*, 12> texture_slots(const Material& m) {
   return {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emission_texture,
           &m.specular_texture, &m.specular_color_texture, &m.transmission_texture, &m.clearcoat_texture,
-          &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture};
+          &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture, &m.sheen_color_texture,
+          &m.sheen_roughness_texture};
 }
 
 }  // namespace photond

@@ -74,6 +74,10 @@ struct SceneHasher {
     slot(m.clearcoat_roughness_texture);
     slot(m.clearcoat_normal_texture);
     value(m.clearcoat_normal_scale);
+    value(m.sheen_color);
+    slot(m.sheen_color_texture);
+    value(m.sheen_roughness);
+    slot(m.sheen_roughness_texture);
   }
   void texture(const Texture& t) {
     value(t.image);

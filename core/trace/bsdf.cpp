@@ -1,4 +1,4 @@
-// glTF 2.0 appendix B; KHR_materials_specular, _transmission, _volume, _ior, _clearcoat.
+// glTF 2.0 appendix B; KHR_materials_specular, _transmission, _volume, _ior, _clearcoat, _sheen.
 // Walter et al. 2007: rough refraction. Heitz 2018: visible normals. Kelemen and Szirmay-Kalos 2001: layering.
 #include "core/trace/bsdf.h"
 
@@ -18,9 +18,16 @@ constexpr float kMinCos = 1e-4f;   // of wo
 
 float mean(const Rgb& c) { return (c.x + c.y + c.z) / 3; }
 
-constexpr LobeMask kLobes[] = {kDiffuseLobe, kReflectionLobe, kGlassLobe, kClearcoatLobe};
+constexpr LobeMask kLobes[] = {kDiffuseLobe, kReflectionLobe, kGlassLobe, kClearcoatLobe, kSheenLobe};
 
 int lobe_index(LobeMask lobe) { return std::countr_zero(lobe); }
+
+// Gauss and Legendre: places in (0, 1) and their weights.
+constexpr int kPlaces = 8;
+constexpr float kPlace[kPlaces] = {0.0198550718f, 0.1016667613f, 0.2372337950f, 0.4082826788f,
+                                   0.5917173212f, 0.7627662050f, 0.8983332387f, 0.9801449282f};
+constexpr float kWeight[kPlaces] = {0.0506142681f, 0.1111905172f, 0.1568533229f, 0.1813418917f,
+                                    0.1813418917f, 0.1568533229f, 0.1111905172f, 0.0506142681f};
 
 Vec3 mirror_z(const Vec3& w) { return {w.x, w.y, -w.z}; }
 
@@ -76,14 +83,22 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   if (!is_black(diffuse_)) lobes_ |= kDiffuseLobe;
   if (!is_black(f90_) || !is_black(f0_)) lobes_ |= kReflectionLobe;
   if (glass_weight_ > 0) lobes_ |= kGlassLobe;
-  if (p.clearcoat > 0) set_clearcoat(p, clearcoat_normal(scene, surface, wo), wo, surface.front);
+  const bool inside = glass_weight_ > 0 && !thin_ && !surface.front;
+  const bool sheen = !is_black(p.sheen_color);
+  if (p.clearcoat > 0) {
+    const Vec3 normal = clearcoat_normal(scene, surface, wo);
+    coat_.emplace(p.clearcoat, p.clearcoat_roughness * p.clearcoat_roughness, normal, wo, inside);
+    if (!inside) lobes_ |= kClearcoatLobe;
+  }
+  if (sheen && !inside) lobes_ |= kSheenLobe;
   if (lobes_ == kDiffuseLobe) {
     select_[0] = 1;
     return;  // nothing of a bare Lambert surface depends on wo
   }
   wo_ = frame_.to_local(wo);
   wo_.z = std::max(wo_.z, kMinCos);
-  if ((lobes_ & kDiffuseLobe) != 0 && (p.specular > 0 || coated())) set_layer(layer_f0, p.specular);
+  if (sheen) sheen_.emplace(p.sheen_color, p.sheen_roughness, wo_.z, inside);
+  if ((lobes_ & kDiffuseLobe) != 0 && (p.specular > 0 || coated() || sheened())) set_layer(layer_f0, p.specular);
   if ((lobes_ & (lobes_ - 1)) != 0) {
     set_selection();
   } else {
@@ -91,36 +106,61 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   }
 }
 
-void Bsdf::set_clearcoat(const MaterialPoint& p, const Vec3& normal, const Vec3& wo, bool front) {
-  const bool inside = glass_weight_ > 0 && !thin_ && !front;
-  coat_.emplace(p.clearcoat, p.clearcoat_roughness * p.clearcoat_roughness, normal, wo, inside);
-  if (!inside) lobes_ |= kClearcoatLobe;
-}
-
 void Bsdf::set_layer(const Rgb& f0, float f90) {
   layer_f0_ = max_component(f0);
   layer_f90_ = f90;
-  float mean_through = 0;
-  if (coated() && !coat_->beyond()) {
-    mean_through = coat_->mean_through(layer_f0_, layer_f90_, alpha_);
-  } else {
-    const LayerAlbedo average = layer_albedo_average(alpha_);
-    mean_through = 1 - (layer_f0_ * average.a + layer_f90_ * average.b);
-  }
+  const float through = mean_through();
   // Layers that reflect everything hide their base altogether.
-  layer_out_ = mean_through > 0 ? 1 / mean_through : 0;
-  layer_out_ *= layer_scale(wo_.z) * (coated() && !coat_->beyond() ? coat_->through() : 1);
+  layer_out_ = through > 0 ? 1 / through : 0;
+  layer_out_ *= layer_scale(wo_.z) * through_tops();
 }
 
-// What a coat on this side lets through on the way from wi (world) alone.
-float Bsdf::through_coat(const Vec3& wi) const { return coated() && !coat_->beyond() ? coat_->through(wi) : 1; }
+// The cosine-weighted mean of what all layers over the diffuse base let through.
+float Bsdf::mean_through() const {
+  if (!coated_here() && !sheened_here()) {
+    const LayerAlbedo average = layer_albedo_average(alpha_);
+    return 1 - (layer_f0_ * average.a + layer_f90_ * average.b);
+  }
+  float sum = 0;
+  for (int i = 0; i < kPlaces; ++i) {
+    const float sheen = sheened_here() ? sheen_->through(kPlace[i]) : 1;
+    const float coat = coated_here() ? coat_->through(kPlace[i]) : 1;
+    sum += 2 * kPlace[i] * kWeight[i] * (layer_scale(kPlace[i]) * sheen) * coat;
+  }
+  return sum;
+}
 
-// What it leaves of a lobe below it but the diffuse one.
+// What a coat and a sheen on this side let through on the way to wo alone.
+float Bsdf::through_tops() const {
+  const float through = coated_here() ? coat_->through() : 1;
+  return sheened_here() ? through * sheen_->through() : through;
+}
+
+// And on the way from wi.
+float Bsdf::through_tops(const Vec3& wi, const Vec3& wi_world) const {
+  const float through = coated_here() ? coat_->through(wi_world) : 1;
+  return sheened_here() ? through * sheen_->through(wi.z) : through;
+}
+
+// What a coat leaves of a lobe below it but the diffuse one.
 float Bsdf::below_coat(const Vec3& wi, bool transmitted) const {
   if (!coated()) return 1;
   if (transmitted && !thin_) return coat_->beyond() ? coat_->through(wi) : coat_->through();
   if (coat_->beyond()) return 1;
   return std::min(coat_->through(transmitted ? -wi : wi), coat_->through());
+}
+
+// And what a sheen does.
+float Bsdf::below_sheen(const Vec3& wi) const {
+  if (!sheened()) return 1;
+  if (wi.z < 0 && !thin_) return sheen_->beyond() ? sheen_->through(-wi.z) : sheen_->through();
+  if (sheen_->beyond()) return 1;
+  return std::min(sheen_->through(std::abs(wi.z)), sheen_->through());
+}
+
+// Both together.
+float Bsdf::below_tops(const Vec3& wi, const Vec3& wi_world) const {
+  return below_coat(wi_world, wi.z < 0) * below_sheen(wi);
 }
 
 float Bsdf::layer_scale(float cos_i) const {
@@ -130,7 +170,7 @@ float Bsdf::layer_scale(float cos_i) const {
 }
 
 void Bsdf::set_selection() {
-  const float through = coated() && !coat_->beyond() ? coat_->through() : 1;
+  const float through = through_tops();
   if ((lobes_ & kDiffuseLobe) != 0) {
     select_[0] = mean(diffuse_) * layer_scale(wo_.z) * through;
   }
@@ -139,6 +179,7 @@ void Bsdf::set_selection() {
   }
   select_[2] = glass_weight_ * through;
   if ((lobes_ & kClearcoatLobe) != 0) select_[3] = coat_->reflectance();
+  if ((lobes_ & kSheenLobe) != 0) select_[4] = mean(sheen_->reflectance()) * (coated() ? coat_->through() : 1);
 }
 
 float Bsdf::selection(LobeMask lobe, LobeMask mask) const {
@@ -159,8 +200,7 @@ float Bsdf::share(LobeMask mask) const {
 
 // The mean over the cosine of what the layers let through is what layer_out_ is divided by.
 Rgb Bsdf::diffuse_albedo() const {
-  const float through = coated() && !coat_->beyond() ? coat_->through() : 1;
-  return layer_out_ > 0 ? diffuse_ * (layer_scale(wo_.z) * through) : Rgb(0);
+  return layer_out_ > 0 ? diffuse_ * (layer_scale(wo_.z) * through_tops()) : Rgb(0);
 }
 
 // Reflected directions must be above both horizons, transmitted ones below both.
@@ -245,11 +285,12 @@ Rgb Bsdf::eval(const Vec3& wi_world, LobeMask mask, Transport transport) const {
   if (mask == kNoLobe || !same_side(wi, wi_world)) return Rgb(0);
   Rgb f(0);
   if ((mask & kDiffuseLobe) != 0 && wi.z > 0) {
-    f += diffuse_ * (kInvPi * layer_out_ * layer_scale(wi.z) * through_coat(wi_world));
+    f += diffuse_ * (kInvPi * layer_out_ * layer_scale(wi.z) * through_tops(wi, wi_world));
   }
-  if ((mask & kReflectionLobe) != 0 && wi.z > 0) f += eval_reflection(wi) * below_coat(wi_world, false);
-  if ((mask & kGlassLobe) != 0) f += eval_glass(wi, transport) * below_coat(wi_world, wi.z < 0);
+  if ((mask & kReflectionLobe) != 0 && wi.z > 0) f += eval_reflection(wi) * below_tops(wi, wi_world);
+  if ((mask & kGlassLobe) != 0) f += eval_glass(wi, transport) * below_tops(wi, wi_world);
   if ((mask & kClearcoatLobe) != 0 && wi.z > kMinCos) f += Rgb(coat_->scattered(wi_world) / wi.z);
+  if ((mask & kSheenLobe) != 0 && wi.z > 0) f += sheen_->eval(wo_, wi) * below_coat(wi_world, false);
   return f;
 }
 
@@ -265,6 +306,7 @@ float Bsdf::pdf(const Vec3& wi_world, LobeMask mask) const {
   }
   if ((spread & kGlassLobe) != 0) pdf += selection(kGlassLobe, mask) * pdf_glass(wi);
   if ((spread & kClearcoatLobe) != 0) pdf += selection(kClearcoatLobe, mask) * coat_->pdf(wi_world);
+  if ((spread & kSheenLobe) != 0) pdf += selection(kSheenLobe, mask) * square_to_cosine_hemisphere_pdf(wi);
   return pdf;
 }
 
@@ -289,6 +331,7 @@ bool Bsdf::sample_lobe(const Vec3& u, LobeMask mask, Transport transport, BsdfSa
     if (lobe == kDiffuseLobe) return sample_diffuse(Vec2(u), mask, transport, out);
     if (lobe == kReflectionLobe) return sample_reflection(Vec2(u), mask, transport, out);
     if (lobe == kClearcoatLobe) return sample_clearcoat(Vec2(u), mask, transport, out);
+    if (lobe == kSheenLobe) return sample_sheen(Vec2(u), mask, transport, out);
     return sample_glass(Vec2(u), std::min(choice / p, 0x1.fffffep-1f), mask, transport, out);
   }
   return false;
@@ -299,7 +342,7 @@ bool Bsdf::sample_diffuse(const Vec2& u, LobeMask mask, Transport transport, Bsd
   if (mask != kDiffuseLobe) return finish(wi, kDiffuseLobe, mask, transport, out);
   // The common case, alone and without division: f·cos/pdf is the albedo.
   out.wi = frame_.to_world(wi);
-  out.weight = diffuse_ * (layer_out_ * layer_scale(wi.z) * through_coat(out.wi));
+  out.weight = diffuse_ * (layer_out_ * layer_scale(wi.z) * through_tops(wi, out.wi));
   out.pdf_w = wi.z * kInvPi;
   out.lobe = kDiffuseLobe;
   return wi.z > 0 && glm::dot(out.wi, ng_) > 0;
@@ -318,7 +361,7 @@ bool Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport, 
 bool Bsdf::sample_smooth_reflection(LobeMask mask, BsdfSample& out) const {
   const Vec3 wi{-wo_.x, -wo_.y, wo_.z};
   out.wi = frame_.to_world(wi);
-  out.weight = reflection_fresnel(wo_.z) * (below_coat(out.wi, false) / selection(kReflectionLobe, mask));
+  out.weight = reflection_fresnel(wo_.z) * (below_tops(wi, out.wi) / selection(kReflectionLobe, mask));
   out.lobe = kReflectionLobe;
   out.delta = true;
   return same_side(wi, out.wi);
@@ -339,6 +382,10 @@ bool Bsdf::sample_smooth_clearcoat(LobeMask mask, BsdfSample& out) const {
   out.lobe = kClearcoatLobe;
   out.delta = true;
   return glm::dot(out.wi, ng_) > 0;
+}
+
+bool Bsdf::sample_sheen(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
+  return finish(square_to_cosine_hemisphere(u), kSheenLobe, mask, transport, out);
 }
 
 bool Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const {
@@ -365,7 +412,7 @@ bool Bsdf::sample_smooth_glass(float choice, LobeMask mask, Transport transport,
   out.lobe = kGlassLobe;
   out.delta = true;
   out.transmitted = !reflected;
-  const float scale = glass_weight_ * below_coat(out.wi, !reflected) / selection(kGlassLobe, mask);
+  const float scale = glass_weight_ * below_tops(wi, out.wi) / selection(kGlassLobe, mask);
   if (reflected) {
     out.weight = scale * glass_reflected(cos_t);
   } else {
@@ -407,6 +454,7 @@ Bsdf Bsdf::about_geometric_normal() const {
   flat.wo_ = flat.frame_.to_local(frame_.to_world(wo_));
   flat.wo_.z = std::max(flat.wo_.z, kMinCos);
   if (coated()) flat.coat_ = coat_->turned(ng_);
+  if (sheened()) flat.sheen_ = sheen_->turned(flat.wo_.z);
   flat.may_flatten_ = false;
   return flat;
 }

@@ -7,6 +7,7 @@
 #include "core/math/frame.h"
 #include "core/trace/clearcoat.h"
 #include "core/trace/microfacet.h"
+#include "core/trace/sheen.h"
 #include "core/trace/surface.h"
 
 namespace photond {
@@ -18,7 +19,8 @@ inline constexpr LobeMask kDiffuseLobe = 1;      ///< Lambert
 inline constexpr LobeMask kReflectionLobe = 2;   ///< GGX or ideal reflection of metal and dielectric layer
 inline constexpr LobeMask kGlassLobe = 4;        ///< dielectric reflection and transmission
 inline constexpr LobeMask kClearcoatLobe = 8;    ///< GGX or ideal reflection of a clear coat
-inline constexpr LobeMask kAllLobes = 15;
+inline constexpr LobeMask kSheenLobe = 16;       ///< of fibres
+inline constexpr LobeMask kAllLobes = 31;
 
 /// What travels along the path: radiance from the camera side, or flux from the light side. Refraction scales
 /// radiance by the square of the relative index, flux not at all.
@@ -38,11 +40,11 @@ struct MaterialPoint;
 
 /// The scattering of light at one surface point for a fixed direction `wo`, as glTF 2.0 defines it: a Lambert
 /// base below a GGX layer of Schlick reflectance, mixed with a GGX metal and with a dielectric that transmits, all below
-/// a clear coat. The base is scaled by what the layers let through both ways, (1−E(i))(1−E(o))/(1−Ē), which equals glTF's
-/// (1−F) on average, is reciprocal and conserves energy exactly [Kelemen and Szirmay-Kalos 2001]. Other lobes below a
-/// coat are scaled by the lesser of what it lets through from either direction: reciprocal, too, and no energy is gained.
-/// Transmission uses the exact Fresnel equations. Where a delta lobe would send light through the surface to the wrong
-/// side, it takes the surface as flat.
+/// a sheen, and that below a clear coat. The base is scaled by what the layers let through both ways,
+/// (1−E(i))(1−E(o))/(1−Ē), which equals glTF's (1−F) on average, is reciprocal and conserves energy exactly [Kelemen
+/// and Szirmay-Kalos 2001]. Other lobes below a coat or a sheen are scaled by the lesser of what that lets through from
+/// either direction: reciprocal, too, and no energy is gained. Transmission uses the exact Fresnel equations. Where a
+/// delta lobe would send light through the surface to the wrong side, it takes the surface as flat.
 class Bsdf {
  public:
   /// `wo`: unit, world, away from the surface, on the side of surface.ng.
@@ -92,13 +94,19 @@ class Bsdf {
  private:
   friend class Bsdf8;
 
-  void set_clearcoat(const MaterialPoint& point, const Vec3& normal, const Vec3& wo, bool front);
   void set_layer(const Rgb& f0, float f90);
   void set_selection();
   bool coated() const { return kAllFeatures && coat_.has_value(); }
+  bool sheened() const { return kAllFeatures && sheen_.has_value(); }
+  bool coated_here() const { return coated() && !coat_->beyond(); }
+  bool sheened_here() const { return sheened() && !sheen_->beyond(); }
   bool layered() const { return layer_f0_ > 0 || layer_f90_ > 0; }
-  float through_coat(const Vec3& wi) const;
+  float through_tops() const;
+  float through_tops(const Vec3& wi_local, const Vec3& wi) const;
+  float mean_through() const;
   float below_coat(const Vec3& wi, bool transmitted) const;
+  float below_sheen(const Vec3& wi_local) const;
+  float below_tops(const Vec3& wi_local, const Vec3& wi) const;
   float layer_scale(float cos_i) const;
   float selection(LobeMask lobe, LobeMask mask) const;
   bool above(const Vec3& wi) const;
@@ -122,6 +130,7 @@ class Bsdf {
   bool sample_smooth_reflection(LobeMask mask, BsdfSample& out) const;
   bool sample_clearcoat(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const;
   bool sample_smooth_clearcoat(LobeMask mask, BsdfSample& out) const;
+  bool sample_sheen(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const;
   bool sample_smooth_glass(float choice, LobeMask mask, Transport transport, BsdfSample& out) const;
   Vec3 glass_direction(const Vec3& h, float cos_h, float cos_t, bool reflected) const;
   bool finish(const Vec3& wi_local, LobeMask lobe, LobeMask mask, Transport transport, BsdfSample& out) const;
@@ -139,12 +148,13 @@ class Bsdf {
   float alpha_ = 1;
   float layer_f0_ = 0;
   float layer_f90_ = 0;
-  float layer_out_ = 1;        // (1−E(o))/(1−Ē), of the coat above as well
-  float select_[4] = {0, 0, 0, 0};  // relative selection probabilities of the lobes
+  float layer_out_ = 1;        // (1−E(o))/(1−Ē), of sheen and coat above as well
+  float select_[5] = {0, 0, 0, 0, 0};  // relative selection probabilities of the lobes
   LobeMask lobes_ = kNoLobe;
   bool thin_ = true;
   bool may_flatten_ = true;
   std::optional<Clearcoat> coat_;
+  std::optional<Sheen> sheen_;
 };
 
 }  // namespace photond

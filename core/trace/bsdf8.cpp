@@ -39,7 +39,11 @@ Bsdf8::Bsdf8(const Bsdf& bsdf, LobeMask mask) : frame_(bsdf.frame_), ng_(bsdf.ng
     if (bsdf.layered()) layer_.emplace(bsdf.layer_f0_, bsdf.layer_f90_, bsdf.alpha_);
   }
   if ((mask & kReflectionLobe) != 0) reflection_.emplace(frame_, bsdf.wo_, bsdf.f0_, bsdf.f90_, bsdf.alpha_);
-  if (!bsdf.coated() || bsdf.coat_->beyond()) return;
+  if (bsdf.sheened_here()) {
+    sheen_.emplace(*bsdf.sheen_, bsdf.wo_);
+    shines_ = (mask & kSheenLobe) != 0;
+  }
+  if (!bsdf.coated_here()) return;
   const Clearcoat& coat = *bsdf.coat_;
   const float f0 = coat.amount_ * Clearcoat::kF0, f90 = coat.amount_;
   coat_.emplace(coat.normal(), LayerTransmission(f0, f90, coat.alpha()), coat.through());
@@ -50,14 +54,20 @@ Vec3x8 Bsdf8::eval(const Vec3x8& wi) const {
   const Float8 cosine = dot(frame_.n, wi);
   const Mask8 above = (cosine > 0) & (dot(ng_, wi) > 0);
   Vec3x8 f = diffuse_ * (layer_ ? (*layer_)(cosine) : Float8{} + 1);
-  Float8 through = Float8{} + 1;
+  Float8 below_coat = Float8{} + 1, below = below_coat;   // is left of lobes but the diffuse one
   if (coat_) {
-    through = coat_->through(dot(coat_->normal, wi));
+    const Float8 through = coat_->through(dot(coat_->normal, wi));
     f = f * through;
-    through = min8(through, Float8{} + coat_->through_out);
+    below = below_coat = min8(through, Float8{} + coat_->through_out);
   }
-  if (reflection_) f = f + reflection_->times_cosine(wi) * (through / cosine);
+  if (sheen_) {
+    const Float8 through = sheen_->through(cosine);
+    f = f * through;
+    below = below * min8(through, Float8{} + sheen_->through());
+  }
+  if (reflection_) f = f + reflection_->times_cosine(wi) * (below / cosine);
   if (clearcoat_) f = f + clearcoat_->times_cosine(wi) * (1 / cosine);
+  if (shines_) f = f + sheen_->eval({dot(frame_.s, wi), dot(frame_.t, wi), cosine}) * below_coat;
   return choose8(above, f, Vec3x8{});
 }
 

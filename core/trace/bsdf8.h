@@ -40,6 +40,8 @@ class Bsdf8 {
   std::optional<LayerTransmission> layer_;
   std::optional<Reflection> reflection_, clearcoat_;
   std::optional<Coat> coat_;
+  std::optional<Sheen8> sheen_;
+  bool shines_ = false;        // by its sheen
 };
 
 }  // namespace photond

@@ -11,13 +11,6 @@ namespace {
 
 constexpr float kMinCos = 1e-4f;   // of wo, as in Bsdf
 
-// Gauss and Legendre: places in (0, 1) and their weights.
-constexpr int kPlaces = 8;
-constexpr float kPlace[kPlaces] = {0.0198550718f, 0.1016667613f, 0.2372337950f, 0.4082826788f,
-                                   0.5917173212f, 0.7627662050f, 0.8983332387f, 0.9801449282f};
-constexpr float kWeight[kPlaces] = {0.0506142681f, 0.1111905172f, 0.1568533229f, 0.1813418917f,
-                                    0.1813418917f, 0.1568533229f, 0.1111905172f, 0.0506142681f};
-
 }  // namespace
 
 Clearcoat::Clearcoat(float amount, float alpha, const Vec3& normal, const Vec3& wo, bool beyond)
@@ -34,16 +27,6 @@ float Clearcoat::through(float cosine) const {
 float Clearcoat::through(const Vec3& w) const {
   const float cosine = glm::dot(w, frame_.n);
   return through(std::clamp(beyond_ ? -cosine : cosine, 0.0f, 1.0f));
-}
-
-float Clearcoat::mean_through(float layer_f0, float layer_f90, float layer_alpha) const {
-  float sum = 0;
-  for (int i = 0; i < kPlaces; ++i) {
-    const LayerAlbedo e = layer_albedo(kPlace[i], layer_alpha);
-    const float below = std::max(0.0f, 1 - (layer_f0 * e.a + layer_f90 * e.b));
-    sum += 2 * kPlace[i] * kWeight[i] * below * through(kPlace[i]);
-  }
-  return sum;
 }
 
 float Clearcoat::scattered(const Vec3& wi_world) const {

@@ -23,8 +23,8 @@ class Clearcoat {
   float through(const Vec3& w) const;
   /// The same of wo.
   float through() const { return through_out_; }
-  /// Cosine-weighted mean of `through` and of what a layer of that reflectance and roughness lets through below it.
-  float mean_through(float layer_f0, float layer_f90, float layer_alpha) const;
+  /// The same of a direction of that cosine to its normal.
+  float through(float cosine) const;
 
   /// Probability with which smooth coat reflects wo; a measure of how much any does.
   float reflectance() const { return fresnel(wo_.z); }
@@ -45,7 +45,6 @@ class Clearcoat {
   static constexpr float kF0 = 0.04f;   // of index 1.5
 
   float fresnel(float cos_h) const { return amount_ * (kF0 + (1 - kF0) * schlick_weight(cos_h)); }
-  float through(float cosine) const;
 
   Frame frame_;
   Vec3 wo_;              // local

@@ -11,7 +11,7 @@ inline constexpr float kGatherAlpha = 0.25f;
 
 /// The lobes at which photons are gathered.
 inline LobeMask gathered_lobes(const Bsdf& bsdf) {
-  return (kDiffuseLobe & bsdf.lobes()) | bsdf.reflections_from(kGatherAlpha);
+  return ((kDiffuseLobe | kSheenLobe) & bsdf.lobes()) | bsdf.reflections_from(kGatherAlpha);
 }
 
 /// Gloss: reflections too narrow for all light to be gathered there, not narrow enough to be mirrors. Caustic light

@@ -98,28 +98,24 @@ LayerAlbedo layer_albedo(float cos_o, float alpha) {
 
 LayerTransmission::LayerTransmission(float f0, float f90, float alpha)
     : f0_(f0), f90_(f90), smooth_(alpha < kSmoothAlpha) {
-  static_assert(kNodes == kSize);
+  static_assert(CosineNodes::kCount == kSize);
   if (smooth_) return;
   int i = 0;
   const float t = alpha_position(alpha, i);
   const auto &low = table().directional[i], &high = table().directional[i + 1];
   for (int j = 0; j < kSize; ++j) {
     const LayerAlbedo e = Table::lerp(low[j], high[j], t);
-    nodes_[j] = std::max(0.0f, 1 - (f0 * e.a + f90 * e.b));
+    nodes_.value[j] = std::max(0.0f, 1 - (f0 * e.a + f90 * e.b));
   }
 }
 
 Float8 LayerTransmission::operator()(const Float8& cosine) const {
-  const Float8 c = min8(max8(cosine, Float8{}), Float8{} + 1);
   if (smooth_) {
+    const Float8 c = min8(max8(cosine, Float8{}), Float8{} + 1);
     const Float8 m = 1 - c, m_sq = m * m, schlick = m_sq * m_sq * m;
     return max8(1 - (f0_ * (1 - schlick) + f90_ * schlick), Float8{});
   }
-  const Float8 s = sqrt8(c) * (kSize - 1);
-  const Mask8 below = __builtin_convertvector(s, Mask8);
-  const Mask8 j = below < kSize - 2 ? below : Mask8{} + (kSize - 2);
-  const Float8 low = lookup8(nodes_, j), high = lookup8(nodes_ + 1, j);
-  return low + (s - __builtin_convertvector(j, Float8)) * (high - low);
+  return nodes_(cosine);
 }
 
 LayerAlbedo layer_albedo_average(float alpha) {

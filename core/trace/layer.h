@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/math/float8.h"
+#include "core/trace/cosine_nodes.h"
 
 namespace photond {
 
@@ -21,10 +22,9 @@ class LayerTransmission {
   Float8 operator()(const Float8& cosine) const;
 
  private:
-  static constexpr int kNodes = 32;
   float f0_, f90_;
   bool smooth_;
-  alignas(32) float nodes_[kNodes];   // unless smooth
+  CosineNodes nodes_;   // unless smooth
 };
 
 /// Its cosine-weighted mean over the hemisphere.

@@ -17,7 +17,8 @@ Rgb base_color_at(const Scene& scene, const SurfacePoint& s) {
 MaterialPoint material_at(const Scene& scene, const SurfacePoint& s) {
   const Material& m = *s.material;
   MaterialPoint p{base_color_at(scene, s), m.metallic,     m.roughness, m.specular,
-                  m.specular_color,        m.transmission, m.clearcoat, m.clearcoat_roughness};
+                  m.specular_color,        m.transmission, m.clearcoat, m.clearcoat_roughness,
+                  m.sheen_color,           m.sheen_roughness};
   if (m.metallic_roughness_texture.used()) {
     const Vec4 texel = lookup(scene, m.metallic_roughness_texture, s);
     p.roughness *= texel.y;
@@ -28,6 +29,8 @@ MaterialPoint material_at(const Scene& scene, const SurfacePoint& s) {
   if (m.transmission_texture.used()) p.transmission *= lookup(scene, m.transmission_texture, s).x;
   if (m.clearcoat_texture.used()) p.clearcoat *= lookup(scene, m.clearcoat_texture, s).x;
   if (m.clearcoat_roughness_texture.used()) p.clearcoat_roughness *= lookup(scene, m.clearcoat_roughness_texture, s).y;
+  if (m.sheen_color_texture.used()) p.sheen_color *= Rgb(lookup(scene, m.sheen_color_texture, s));
+  if (m.sheen_roughness_texture.used()) p.sheen_roughness *= lookup(scene, m.sheen_roughness_texture, s).w;
   return p;
 }
 

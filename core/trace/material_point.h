@@ -14,6 +14,8 @@ struct MaterialPoint {
   float transmission;
   float clearcoat;           ///< amount of the layer on top
   float clearcoat_roughness; ///< perceptual
+  Rgb sheen_color;
+  float sheen_roughness;     ///< perceptual
 };
 
 /// All of it at a point of a surface.

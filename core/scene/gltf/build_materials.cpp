@@ -24,6 +24,7 @@ class MaterialReader {
     volume();
     dispersion();
     clearcoat();
+    sheen();
     unlit();
     if (!status_) return status_.error();
     return out_;
@@ -120,6 +121,17 @@ class MaterialReader {
     if (out_.emissive()) build_.warnings.add("what a material emits is not dimmed by its clear coat", where_);
   }
 
+  void sheen() {
+    const tinygltf::Value* from = extension(from_.extensions, "KHR_materials_sheen");
+    const std::string where = where_ + ".extensions.KHR_materials_sheen";
+    out_.sheen_color = color(numbers(from, "sheenColorFactor", {0, 0, 0}));
+    if (!out_.sheened()) return;
+    out_.sheen_color_texture = slot(member(from, "sheenColorTexture"), true, where + ".sheenColorTexture");
+    out_.sheen_roughness = static_cast<float>(number(from, "sheenRoughnessFactor", 0));
+    out_.sheen_roughness_texture =
+        slot(member(from, "sheenRoughnessTexture"), false, where + ".sheenRoughnessTexture");
+  }
+
   void unlit() {
     if (!extension(from_.extensions, "KHR_materials_unlit")) return;
     build_.warnings.add("KHR_materials_unlit is shown as a diffuse surface under the scene's light", where_);
@@ -127,6 +139,7 @@ class MaterialReader {
     out_.roughness = 1;
     out_.specular = 0;
     out_.clearcoat = 0;
+    out_.sheen_color = Rgb(0);
   }
 
   template <class Info>

@@ -146,10 +146,16 @@ constexpr Field kClearcoatFields[] = {{"clearcoatFactor", &kUnit},
                                       {"clearcoatRoughnessTexture", &kInfo},
                                       {"clearcoatNormalTexture", &kInfo}};
 constexpr Schema kClearcoat = object(kClearcoatFields);
+constexpr Field kSheenFields[] = {{"sheenColorFactor", &kUnitVec3},
+                                  {"sheenColorTexture", &kInfo},
+                                  {"sheenRoughnessFactor", &kUnit},
+                                  {"sheenRoughnessTexture", &kInfo}};
+constexpr Schema kSheen = object(kSheenFields);
 constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_clearcoat", &kClearcoat},
                                               {"KHR_materials_dispersion", &kDispersion},
                                               {"KHR_materials_emissive_strength", &kStrength},
                                               {"KHR_materials_ior", &kIor},
+                                              {"KHR_materials_sheen", &kSheen},
                                               {"KHR_materials_specular", &kSpecular},
                                               {"KHR_materials_transmission", &kTransmission},
                                               {"KHR_materials_volume", &kVolume},

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/scenes.h"
 
 namespace photond {
@@ -112,6 +114,22 @@ TEST(Plan, PhotonsCarryWhatCoatsMirrorOfPoints) {
   EXPECT_TRUE(of_coat(0, true));
   EXPECT_FALSE(of_coat(0, false));
   EXPECT_FALSE(of_coat(0.3f, true));
+}
+
+// Even polished metal gathers below fibres.
+TEST(Plan, TellsOfSheen) {
+  for (const bool sheen : {false, true}) {
+    Scene scene = test::empty_scene();
+    Material metal = test::mirror(Rgb(0.5f));
+    if (sheen) metal.sheen_color = Rgb(0, 0.5f, 0);
+    test::add_mesh(scene, test::parallelogram({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}), test::add_material(scene, metal));
+    test::add_point_light(scene, {0, 2, 0}, Rgb(1));
+    const auto plan = make_plan(*test::prepared(std::move(scene)), {.method = Method::hybrid}, Execution{});
+    EXPECT_EQ(plan->uses_maps, sheen);
+    const auto item = std::ranges::find(plan->items, "sheen", &PlanItem::feature);
+    ASSERT_NE(item, plan->items.end());
+    EXPECT_EQ(item->active, sheen);
+  }
 }
 
 TEST(Plan, SharesAreWrittenOutInFull) {

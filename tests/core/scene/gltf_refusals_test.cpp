@@ -97,7 +97,15 @@ TEST(GltfRefusals, RefusesMaterialValuesOutOfRange) {
       {"/extensions/KHR_materials_dispersion/dispersion", 1e30,
        "materials[0].extensions.KHR_materials_dispersion.dispersion"},
       {"/extensions/KHR_materials_volume/attenuationDistance", 0,
-       "materials[0].extensions.KHR_materials_volume.attenuationDistance"}};
+       "materials[0].extensions.KHR_materials_volume.attenuationDistance"},
+      {"/extensions/KHR_materials_sheen/sheenColorFactor", {0, 1.5, 0},
+       "materials[0].extensions.KHR_materials_sheen.sheenColorFactor[1]"},
+      {"/extensions/KHR_materials_sheen/sheenColorFactor", {0.5, 0.5},
+       "materials[0].extensions.KHR_materials_sheen.sheenColorFactor"},
+      {"/extensions/KHR_materials_sheen/sheenRoughnessFactor", -0.1,
+       "materials[0].extensions.KHR_materials_sheen.sheenRoughnessFactor"},
+      {"/extensions/KHR_materials_sheen/sheenRoughnessFactor", "soft",
+       "materials[0].extensions.KHR_materials_sheen.sheenRoughnessFactor"}};
   for (const Damage& damage : damages) {
     SCOPED_TRACE(damage.pointer);
     GlbDraft draft;

@@ -228,7 +228,8 @@ TEST(Gltf, ReadsMaterialExtensions) {
       "KHR_materials_transmission": {"transmissionFactor": 0.8},
       "KHR_materials_volume": {"thicknessFactor": 2, "attenuationDistance": 3, "attenuationColor": [0.9, 0.8, 0.7]},
       "KHR_materials_clearcoat": {"clearcoatFactor": 0.9, "clearcoatRoughnessFactor": 0.2},
-      "KHR_materials_sheen": {}}})")});
+      "KHR_materials_sheen": {"sheenColorFactor": [0.1, 0.2, 0.3], "sheenRoughnessFactor": 0.4},
+      "KHR_materials_iridescence": {}}})")});
   primitive(draft)["material"] = 0;
   const Scene scene = read(draft);
   const Material& m = scene.materials[0];
@@ -250,7 +251,9 @@ TEST(Gltf, ReadsMaterialExtensions) {
   EXPECT_EQ(m.attenuation_color, Rgb(0.9f, 0.8f, 0.7f));
   EXPECT_FLOAT_EQ(m.clearcoat, 0.9f);
   EXPECT_FLOAT_EQ(m.clearcoat_roughness, 0.2f);
-  EXPECT_THAT(scene.warnings, Contains("materials[0]: KHR_materials_sheen ignored"));
+  EXPECT_EQ(m.sheen_color, Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_FLOAT_EQ(m.sheen_roughness, 0.4f);
+  EXPECT_THAT(scene.warnings, Contains("materials[0]: KHR_materials_iridescence ignored"));
   EXPECT_THAT(scene.warnings, Contains("materials[0]: what a material emits is not dimmed by its clear coat"));
   EXPECT_FALSE(scene.environment.active());
 }

@@ -10,6 +10,7 @@ namespace {
 struct Case {
   const char* name;
   float metallic, roughness, specular, transmission, clearcoat = 0, clearcoat_roughness = 0;
+  float sheen = 0, sheen_roughness = 0;
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -24,6 +25,8 @@ Material material(const Case& c) {
   m.transmission = c.transmission;
   m.clearcoat = c.clearcoat;
   m.clearcoat_roughness = c.clearcoat_roughness;
+  m.sheen_color = c.sheen * Rgb(1, 0.5f, 0.2f);
+  m.sheen_roughness = c.sheen_roughness;
   return m;
 }
 
@@ -58,8 +61,9 @@ TEST_P(EightDirections, AreEvaluatedAsOneAfterTheOther) {
       wi[k] = random_direction(rng);
       eight.x[k] = wi[k].x, eight.y[k] = wi[k].y, eight.z[k] = wi[k].z;
     }
-    for (const LobeMask mask : {kDiffuseLobe, kReflectionLobe, kClearcoatLobe, LobeMask{kDiffuseLobe | kReflectionLobe},
-                                LobeMask{kDiffuseLobe | kReflectionLobe | kClearcoatLobe}}) {
+    for (const LobeMask mask : {kDiffuseLobe, kReflectionLobe, kClearcoatLobe, kSheenLobe,
+                                LobeMask{kDiffuseLobe | kReflectionLobe},
+                                LobeMask{kDiffuseLobe | kReflectionLobe | kClearcoatLobe | kSheenLobe}}) {
       const Vec3x8 found = Bsdf8(bsdf, mask).eval(eight);
       for (int k = 0; k < 8; ++k) {
         const Rgb expected = bsdf.eval(wi[k], mask, Transport::radiance);
@@ -80,7 +84,11 @@ INSTANTIATE_TEST_SUITE_P(Materials, EightDirections,
                                          Case{"coated lambert", 0, 1, 0, 0, 1, 0},
                                          Case{"coated plastic", 0, 0.5f, 1, 0, 0.8f, 0.6f},
                                          Case{"coated metal", 1, 0.8f, 1, 0, 1, 0.6f},
-                                         Case{"coated mixed", 0.3f, 0.7f, 0.8f, 0.4f, 0.6f, 0.5f}));
+                                         Case{"coated mixed", 0.3f, 0.7f, 0.8f, 0.4f, 0.6f, 0.5f},
+                                         Case{"velvet", 0, 1, 0, 0, 0, 0, 0.9f, 0},
+                                         Case{"felt", 0, 0.8f, 1, 0, 0, 0, 1, 0.7f},
+                                         Case{"sheen on metal", 1, 0.6f, 1, 0, 0, 0, 0.5f, 0.2f},
+                                         Case{"coated sheen on mixed", 0.3f, 0.7f, 0.8f, 0.4f, 0.6f, 0.5f, 1, 0.4f}));
 
 }  // namespace
 }  // namespace photond

@@ -64,6 +64,12 @@ Material coated(Material m, float roughness, float amount = 1) {
   return m;
 }
 
+Material sheened(Material m, float roughness, const Rgb& color = Rgb(0.8f, 0.3f, 0.6f)) {
+  m.sheen_color = color;
+  m.sheen_roughness = roughness;
+  return m;
+}
+
 // A surface in the plane z = 0 seen from `wo`.
 struct Plane {
   Scene scene;
@@ -130,7 +136,11 @@ INSTANTIATE_TEST_SUITE_P(
                                      Case{"thin rough glass", rough_glass(0.6f, true)}, Case{"mixed", mixed()},
                                      Case{"coated lambert", coated(test::lambert(Rgb(0.7f)), 0.5f)},
                                      Case{"coated metal", coated(metal(0.4f), 0.7f)},
-                                     Case{"coated mixed", coated(mixed(), 0.5f, 0.6f)}),
+                                     Case{"coated mixed", coated(mixed(), 0.5f, 0.6f)},
+                                     Case{"velvet", sheened(test::lambert(Rgb(0.7f)), 0.2f)},
+                                     Case{"felt", sheened(plastic(0.8f), 0.8f)},
+                                     Case{"sheen on metal", sheened(metal(0.4f), 0.4f)},
+                                     Case{"coated sheen on mixed", coated(sheened(mixed(), 0.5f), 0.5f, 0.6f)}),
                      testing::Values(5.0f, 45.0f, 75.0f), testing::Bool()));
 
 // ∫ f cos over the sphere, by the sampler.
@@ -209,6 +219,45 @@ TEST(BsdfEnergy, WhiteBelowAClearcoatPassesTheFurnace) {
   }
 }
 
+// So does what is below fibres; a base that is rough and itself depends on directions keeps somewhat less.
+TEST(BsdfEnergy, WhiteBelowASheenPassesTheFurnace) {
+  for (const float roughness : {0.0f, 0.15f, 0.4f, 1.0f}) {
+    for (const float degrees : {0.0f, 45.0f, 80.0f, 87.0f}) {
+      for (const Material& m : {test::lambert(Rgb(1)), plastic(0, Rgb(1)), plastic(0.6f, Rgb(1)), test::mirror(Rgb(1)),
+                                coated(test::lambert(Rgb(1)), 0.3f), coated(plastic(0.6f, Rgb(1)), 0)}) {
+        const Plane setup(sheened(m, roughness, Rgb(1)));
+        const Sample a = albedo(setup.bsdf(direction(degrees)), Transport::radiance, 20'000);
+        const double lost = m.clearcoat > 0 ? 0.05 : m.roughness == 0.6f ? 0.025 : 0;
+        EXPECT_LT(a.mean, 1 + 0.005 + 4 * a.standard_error()) << roughness << " at " << degrees;
+        EXPECT_GT(a.mean, 1 - lost - 0.005 - 4 * a.standard_error()) << roughness << " at " << degrees;
+      }
+    }
+  }
+}
+
+// What shines in one colour takes its share of the others, too.
+TEST(BsdfEnergy, SheenDimsWhatIsBelow) {
+  const Plane setup(sheened(test::lambert(Rgb(0.5f)), 0.5f, {0, 0.9f, 0}));
+  const Bsdf bsdf = setup.bsdf(direction(70));
+  EXPECT_EQ(gathered_lobes(bsdf), kDiffuseLobe | kSheenLobe);
+  const double through = static_cast<double>(Sheen({0, 0.9f, 0}, 0.5f, std::cos(70 * kPi / 180), false).through());
+  EXPECT_LT(through, 0.8);
+  EXPECT_NEAR(albedo(bsdf, Transport::radiance).mean, 0.5 * through, 0.002);
+  EXPECT_FLOAT_EQ(bsdf.diffuse_albedo().x, 0.5f * static_cast<float>(through));
+}
+
+// Glass below fibres loses on the way out what they hold back, and nothing more on the way in.
+TEST(BsdfEnergy, SheenOverGlass) {
+  for (const bool thin : {true, false}) {
+    const Plane outside(sheened(rough_glass(0, thin), 0.6f, Rgb(1)));
+    EXPECT_NEAR(albedo(outside.bsdf(direction(70)), Transport::flux).mean, 1, 0.01) << thin;
+  }
+  const Plane inside(sheened(test::glass(1.5f), 0.6f, Rgb(1)), false);
+  EXPECT_EQ(inside.bsdf({0, 0, 1}).lobes(), kGlassLobe);
+  const double through = static_cast<double>(Sheen(Rgb(1), 0.6f, 1, false).through());
+  EXPECT_NEAR(albedo(inside.bsdf({0, 0, 1}), Transport::flux).mean, 0.04 + 0.96 * through, 0.002);
+}
+
 // A smooth coat reflects by Fresnel's law, and the mirror below loses as much.
 TEST(BsdfEnergy, ClearcoatTakesItsShareOfWhatIsBelow) {
   const Plane setup(coated(test::mirror(Rgb(0.5f)), 0, 0.8f));
@@ -231,7 +280,8 @@ TEST(BsdfEnergy, ClearcoatOverGlass) {
 
 TEST(BsdfEnergy, NothingReflectsMoreThanItGets) {
   for (const Material& m : {metal(0.1f), metal(0.5f), metal(1), rough_glass(0.5f, false), rough_glass(0.5f, true),
-                            mixed(), coated(metal(1), 0.2f), coated(mixed(), 0.8f)}) {
+                            mixed(), coated(metal(1), 0.2f), coated(mixed(), 0.8f), sheened(metal(0.5f), 0.3f),
+                            coated(sheened(mixed(), 0.6f, Rgb(1)), 0.8f)}) {
     for (const bool front : {true, false}) {
       const Plane setup(m, front);
       const Sample a = albedo(setup.bsdf(direction(50)), Transport::flux);
@@ -243,7 +293,9 @@ TEST(BsdfEnergy, NothingReflectsMoreThanItGets) {
 
 TEST(BsdfReciprocity, OpaqueLobesAreSymmetric) {
   for (const Material& m : {test::lambert(Rgb(0.5f)), plastic(0.3f), plastic(1), metal(0.6f), mixed(),
-                            coated(test::lambert(Rgb(0.5f)), 0), coated(plastic(0.5f), 0.7f), coated(metal(0.6f), 0.4f)}) {
+                            coated(test::lambert(Rgb(0.5f)), 0), coated(plastic(0.5f), 0.7f), coated(metal(0.6f), 0.4f),
+                            sheened(test::lambert(Rgb(0.5f)), 0), sheened(plastic(0.5f), 0.5f),
+                            sheened(metal(0.6f), 0.9f), coated(sheened(mixed(), 0.4f), 0.5f)}) {
     const Plane setup(m);
     for (const float degrees : {10.0f, 40.0f, 70.0f}) {
       const Vec3 a = direction(degrees);
@@ -257,7 +309,8 @@ TEST(BsdfReciprocity, OpaqueLobesAreSymmetric) {
 
 // f(o→i)/η_i² = f(i→o)/η_o² for refraction [Veach 1997, eq. 5.14].
 TEST(BsdfReciprocity, RoughRefractionIsSymmetricUpToTheIndex) {
-  for (const Material& m : {rough_glass(0.7f, false), coated(rough_glass(0.7f, false), 0.3f)}) {
+  for (const Material& m : {rough_glass(0.7f, false), coated(rough_glass(0.7f, false), 0.3f),
+                            sheened(rough_glass(0.7f, false), 0.6f)}) {
     const Plane outside(m, true);
     const Plane inside(m, false);
     const Vec3 out = direction(40);

@@ -41,6 +41,12 @@ Material coated(Material m, float roughness) {
   return m;
 }
 
+Material sheened(Material m, float roughness) {
+  m.sheen_color = Rgb(0.9f, 0.5f, 0.2f);
+  m.sheen_roughness = roughness;
+  return m;
+}
+
 // Bumps below a smooth coat, all alike.
 Material bumpy(Material m) {
   m.normal_texture.texture = 0;
@@ -134,7 +140,9 @@ INSTANTIATE_TEST_SUITE_P(
                                      Case{"rough glass", rough_glass()},
                                      Case{"coated lambert", coated(test::lambert(Rgb(0.7f)), 0.7f)},
                                      Case{"coated glossy plastic", coated(plastic(0.4f), 0.3f)},
-                                     Case{"coated bumps", bumpy(coated(test::lambert(Rgb(0.7f)), 0.7f))}),
+                                     Case{"coated bumps", bumpy(coated(test::lambert(Rgb(0.7f)), 0.7f))},
+                                     Case{"velvet", sheened(test::lambert(Rgb(0.7f)), 0.3f)},
+                                     Case{"coated felt", coated(sheened(plastic(0.6f), 0.8f), 0.3f)}),
                      testing::Values(0.0f, 10.0f, 45.0f), testing::Values(0.2f, 0.8f)));
 
 // A smooth coat reflects as a mirror, about its tilted normal; the base below it as above.
