@@ -10,6 +10,8 @@ export interface StreamHandlers {
   on_open(): void;
   /** There is no stream, or it broke; it is tried again after `wait_ms`. */
   on_lost(wait_ms: number): void;
+  /** The server asks for another key (see key.ts): nothing is tried again. */
+  on_locked(): void;
 }
 
 /** The wait before connection attempt `attempt` (from 0) after a loss: doubling, with a cap. */
@@ -19,7 +21,7 @@ export function retry_wait(attempt: number, asked_ms: number | null): number {
 
 /**
  * Follows an event stream until `stop` is called: connects, hands on each message, and after a loss connects again
- * with Last-Event-ID, so that the server repeats what was missed.
+ * with Last-Event-ID, so that the server repeats what was missed. Ends where the server asks for a key.
  */
 export function follow(url: string, handlers: StreamHandlers): { stop(): void } {
   const ended = new AbortController();
@@ -32,21 +34,22 @@ async function run(url: string, handlers: StreamHandlers, ended: AbortSignal): P
   let asked_ms: number | null = null;
   for (let attempt = 0; !ended.aborted; ++attempt) {
     const parser = new SseParser(last_id);
-    const opened = await connect(url, parser, handlers, ended);
+    const outcome = await connect(url, parser, handlers, ended);
     if (ended.aborted) return;
+    if (outcome === 'locked') return handlers.on_locked();
     last_id = parser.last_id;
     asked_ms = parser.retry_ms ?? asked_ms;
-    if (opened) attempt = 0;
+    if (outcome === 'opened') attempt = 0;
     const wait = retry_wait(attempt, asked_ms);
     handlers.on_lost(wait);
     await pause(wait, ended);
   }
 }
 
-/** One connection, from request to end; whether the stream was opened at all. */
+/** One connection, from request to end. */
 async function connect(
   url: string, parser: SseParser, handlers: StreamHandlers, ended: AbortSignal,
-): Promise<boolean> {
+): Promise<'opened' | 'refused' | 'locked'> {
   const silence = new AbortController();
   const give_up = () => silence.abort();
   let timer = setTimeout(give_up, kSilenceMs);
@@ -55,13 +58,14 @@ async function connect(
     const headers: Record<string, string> = { Accept: 'text/event-stream' };
     if (parser.last_id) headers['Last-Event-ID'] = parser.last_id;
     const response = await reached(fetch_with_key(url, { headers, cache: 'no-store', signal: silence.signal }));
-    if (!response?.ok || !response.body) return false;
+    if (response?.status === 401) return 'locked';
+    if (!response?.ok || !response.body) return 'refused';
     if (!ended.aborted) handlers.on_open();
     const reader = response.body.getReader();
     const decoder = new TextDecoder();
     for (;;) {
       const part = await reached(reader.read());
-      if (!part || part.done || ended.aborted) return true;
+      if (!part || part.done || ended.aborted) return 'opened';
       clearTimeout(timer);
       timer = setTimeout(give_up, kSilenceMs);
       for (const message of parser.push(decoder.decode(part.value, { stream: true }))) {

@@ -82,6 +82,7 @@ function render(): void {
 function server_text(): string {
   switch (state.server) {
     case 'connecting': return 'Connecting …';
+    case 'locked': return 'The server asks for a key.';
     case 'away': return 'No connection to the server; trying again …';
     case 'online': return state.info ? `Connected to photond ${state.info.version}` : 'Connected';
   }
@@ -240,6 +241,7 @@ function follow_events(): void {
     },
     on_message: take_message,
     on_lost: () => dispatch({ type: 'server', server: 'away' }),
+    on_locked: () => dispatch({ type: 'server', server: 'locked' }),
   });
 }
 

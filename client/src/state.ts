@@ -8,7 +8,7 @@ import {
 /** Everything the page shows, apart from the pixels of the picture and what is typed into the form. */
 export interface State {
   /** Whether the event stream is open. */
-  server: 'connecting' | 'online' | 'away';
+  server: 'connecting' | 'online' | 'away' | 'locked';
   info: Info | null;
   scenes: Scene[];
   /** The id of the scene that is chosen in the form. */

@@ -32,6 +32,7 @@ function happenings(url: string, enough: number): Promise<string[]> {
       on_open: () => note('open'),
       on_message: (message) => note(message.data),
       on_lost: () => note('lost'),
+      on_locked: () => note('locked'),
     }));
   });
 }
@@ -58,11 +59,19 @@ describe('follow', () => {
     expect(await happenings(url, 3)).toEqual(['lost', 'open', 'at last']);
   });
 
+  it('asks no more where a key is needed', async () => {
+    let asked = 0;
+    const url = await serve((_, response) => { ++asked; response.writeHead(401); response.end('{}'); });
+    expect(await happenings(url, 1)).toEqual(['locked']);
+    await new Promise((done) => setTimeout(done, 700));
+    expect(asked).toBe(1);
+  });
+
   it('is silent once it is stopped', async () => {
     const noted: string[] = [];
     const url = await serve((_, response) => begin(response, 'data: one\n\n'));
     const stream = follow(url, {
-      on_open: () => noted.push('open'), on_lost: () => noted.push('lost'),
+      on_open: () => noted.push('open'), on_lost: () => noted.push('lost'), on_locked: () => noted.push('locked'),
       on_message: (message) => { noted.push(message.data); stream.stop(); },
     });
     await new Promise((done) => setTimeout(done, 300));

@@ -32,6 +32,7 @@ it('asks for a key where the service needs one, and uses it for everything', asy
   const dialog = page.locator('#key-dialog');
   await dialog.waitFor();
   expect(await page.locator('#key-unknown').isVisible()).toBe(false);
+  await expect.poll(() => page.locator('#server').textContent()).toBe('The server asks for a key.');
   await page.screenshot({ path: join(kPictures, 'key.png') });
 
   await page.fill('#key', 'photond_wrong');
