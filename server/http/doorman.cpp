@@ -5,13 +5,16 @@
 #include <netinet/tcp.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <thread>
 #include <unordered_map>
@@ -28,6 +31,7 @@ constexpr std::chrono::milliseconds kTick{250};      // how exactly patience is 
 constexpr std::chrono::seconds kLeaveSeconds{5};     // for a client to read its answer and close
 constexpr std::uint64_t kMaxDropped = 64 << 20;      // bytes read and dropped meanwhile
 constexpr std::size_t kReadBytes = 64 * 1024;
+constexpr rlim_t kFileDescriptors = 192;             // the service's own files, and one for each answer from the disk
 
 /// An answer without a thread that could make one. It must fit into the buffer of a fresh socket, and does.
 void tell(const Socket& socket, std::string_view status, std::string_view body) {
@@ -59,6 +63,13 @@ std::string address_text(const sockaddr_storage& address) {
 }
 
 }  // namespace
+
+int spare_descriptor() {
+  rlimit files{};
+  ::getrlimit(RLIMIT_NOFILE, &files);
+  const rlim_t most = std::min<rlim_t>(files.rlim_cur, std::numeric_limits<int>::max());
+  return static_cast<int>(most - std::min(kFileDescriptors, most / 2));
+}
 
 /// Where those wait who have not entered, and those who leave.
 class Doorman::Hall {
@@ -228,7 +239,13 @@ void Doorman::Hall::accept_all() {
 }
 
 void Doorman::Hall::welcome(Socket socket, std::string peer) {
-  if (visitors_.size() >= options_.max_waiting) make_room();
+  // A new descriptor is the lowest that is free: all below it are taken.
+  const bool scarce = socket.fd() >= options_.max_descriptor;
+  if (scarce && visitors_.empty()) {
+    calls_.lost(Loss::descriptors);
+    return tell_busy(socket);
+  }
+  if (scarce || visitors_.size() >= options_.max_waiting) make_room();
   Visitor visitor;
   visitor.socket = std::move(socket);
   visitor.peer = std::move(peer);

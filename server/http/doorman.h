@@ -21,10 +21,14 @@ struct Arrival {
   std::string peer;  ///< address of the other end
 };
 
+/// What the process may open, less what it keeps back for files.
+int spare_descriptor();
+
 struct DoormanOptions {
   std::string host;
   int port = 0;
   std::size_t max_waiting = 2048;           ///< connections whose request has not arrived yet
+  int max_descriptor = spare_descriptor();  ///< connections leave the descriptors from here on to files
   std::size_t whole_body_bytes = 64 * 1024; ///< bodies up to this length arrive before the request is let in
   std::chrono::milliseconds patience{10'000};  ///< for the whole head, and again for such a body
 };
