@@ -127,8 +127,12 @@ function render_trouble(job: Job): void {
 /** Why the job has come to a stop that nobody asked for; null: it has not. */
 export function trouble_of(job: Job): string | null {
   if (job.state === 'failed') return sentence(job.failure ?? 'the job failed');
-  if (job.state !== 'paused' || job.paused_because !== 'disk_full') return null;
-  return 'The server\'s disk is full. The job goes on by itself once there is room.';
+  if (job.state !== 'paused') return null;
+  switch (job.paused_because) {
+    case 'disk_full': return 'The server\'s disk is full. The job goes on by itself once there is room.';
+    case 'disk_unreachable': return 'The server cannot use its data now. The job goes on by itself once it can.';
+    default: return null;
+  }
 }
 
 function render_numbers(job: Job): void {

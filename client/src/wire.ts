@@ -2,7 +2,7 @@ import { count, flag, list, maybe, number, object, one_of, text, WireError, type
 
 export type JobState =
   | 'queued' | 'preparing' | 'rendering' | 'finalizing' | 'succeeded' | 'canceling' | 'canceled' | 'failed' | 'paused';
-export type PauseReason = 'request' | 'disk_full';
+export type PauseReason = 'request' | 'disk_full' | 'disk_unreachable';
 export type Priority = 'interactive' | 'batch';
 export type Method = 'auto' | 'path' | 'photon_map' | 'progressive' | 'hybrid';
 
@@ -264,7 +264,7 @@ const job_frame = object({
   spec,
   plan: maybe(plan),
   first_frame_seconds: maybe(number),
-  paused_because: maybe(one_of('request', 'disk_full')),
+  paused_because: maybe(one_of('request', 'disk_full', 'disk_unreachable')),
   problem: maybe(object({ detail: text })),
 });
 

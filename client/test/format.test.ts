@@ -106,6 +106,7 @@ describe('what is wrong with a job', () => {
     expect(trouble_of(a_job({ state: 'failed' }))).toBe('The job failed.');
     expect(trouble_of(a_job({ state: 'paused', paused_because: 'request' }))).toBeNull();
     expect(trouble_of(a_job({ state: 'paused', paused_because: 'disk_full' }))).toMatch(/disk is full/);
+    expect(trouble_of(a_job({ state: 'paused', paused_because: 'disk_unreachable' }))).toMatch(/cannot use its data/);
     expect(trouble_of(a_job({ state: 'canceled', paused_because: 'disk_full' }))).toBeNull();
   });
 });

@@ -49,6 +49,8 @@ Json pause_reason_json(PauseReason reason) {
       return "request";
     case PauseReason::disk_full:
       return "disk_full";
+    case PauseReason::disk_unreachable:
+      return "disk_unreachable";
   }
   return nullptr;
 }

@@ -137,6 +137,8 @@ Response Api::metrics(const Request&) const {
   out.single("photond_disk_limit_bytes", "gauge", "What the data directory may take.", disk.limit);
   out.single("photond_disk_full", "gauge", "1 while the disk is full or jobs have no room on it.",
              jobs_.room().full() || jobs_.without_room() > 0 ? 1 : 0);
+  out.single("photond_disk_unreachable", "gauge", "1 while the data directory cannot be used.",
+             jobs_.room().found() ? 0 : 1);
   out.single("photond_jobs_without_room", "gauge", "Jobs that wait for room on the disk, or go on without.",
              jobs_.without_room());
   out.single("photond_passes_total", "counter", "Rendered passes.", jobs_.passes());

@@ -24,6 +24,7 @@ Response Api::health(const Request&) const { return text_response("ok\n", "text/
 
 Response Api::ready(const Request& request) const {
   if (request.stop.stop_requested() || jobs_.stopping()) return problem(503, "draining", "the service is shutting down");
+  if (const Status found = jobs_.room().found(); !found) return problem(503, "disk_unreachable", found.error().message);
   if (jobs_.room().full()) return problem(503, "disk_full", "the disk is full; jobs wait until there is room");
   if (const int jobs = jobs_.without_room(); jobs > 0) {
     return text_response("ready; jobs without room on the disk: " + std::to_string(jobs) + "\n", "text/plain");

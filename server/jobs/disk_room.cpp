@@ -71,6 +71,8 @@ DiskUse DiskRoom::use() const {
 Status DiskRoom::measure(DiskUse& use) const {
   const Result<DiskUse> now = measure_disk(folder_, limits_);
   if (!now) return now.error();
+  // Where a disk was mounted there is an empty folder.
+  if (const Status there = files_.checkpoint_files().look(); !there) return there;
   use = *now;
   return Done{};
 }
@@ -94,6 +96,12 @@ Status DiskRoom::make_room(std::uint64_t bytes, const std::string& job) {
 }
 
 Status DiskRoom::tidy() {
+  const Status tidied = look_and_tidy();
+  found_.change([&](Status& found) { found = tidied; });
+  return tidied;
+}
+
+Status DiskRoom::look_and_tidy() {
   const std::lock_guard lock(mutex_);
   if (const Status measured = measure(use_); !measured) return measured;
   if (use_.used > use_.high_water()) {

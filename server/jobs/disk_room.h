@@ -5,6 +5,7 @@
 #include <functional>
 #include <mutex>
 
+#include "server/jobs/guarded.h"
 #include "server/store/disk_space.h"
 #include "server/store/environments.h"
 #include "server/store/job_files.h"
@@ -32,18 +33,22 @@ class DiskRoom {
   void set_maps(Maps maps) { maps_ = std::move(maps); }
 
   /// Makes room for a file, of this job where one is named: then its own older checkpoint goes before those of others.
-  /// Errors: limit_exceeded at "disk" where that cannot be: then nothing was removed; io.
+  /// Errors: limit_exceeded at "disk" where that cannot be: then nothing was removed; disk_unreachable; io.
   Status make_room(std::uint64_t bytes, const std::string& job = {});
   /// To be called now and then: above the high water mark removes down to the low one, and finds out whether the disk
-  /// is full. Errors: io.
+  /// is full. Errors: disk_unreachable, io.
   Status tidy();
   /// Nothing is removed while this is held: what a job needs that begins meanwhile stays.
   std::unique_lock<std::mutex> hold() const { return std::unique_lock(mutex_); }
   /// By the last `tidy`: there is no room, and no more can be made. Ends below the high water mark.
   bool full() const { return full_; }
+  /// What the last `tidy` has found: where it failed the folder is as good as full. Errors: its.
+  Status found() const { return found_.get(); }
+  /// How much is in use, when that could last be told.
   DiskUse use() const;
 
  private:
+  Status look_and_tidy();
   Result<std::uint64_t> spare_bytes() const;
   Status reduce_to(std::uint64_t bytes, DiskUse& use);
   Status drop_older_checkpoints(std::uint64_t target, DiskUse& use, const std::string& first);
@@ -62,6 +67,7 @@ class DiskRoom {
   mutable std::mutex mutex_;
   DiskUse use_;  ///< by the last `tidy`
   std::atomic<bool> full_{false};
+  Guarded<Status> found_{Done{}};
 };
 
 }  // namespace photond

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/jobs/take_turn.h"
+#include "server/store/file.h"
 
 namespace photond {
 
@@ -47,9 +48,11 @@ Result<EnvironmentRecord> EnvironmentLibrary::find(const Digest& id) const {
 
 Result<Environment> EnvironmentLibrary::environment(const EnvironmentChoice& choice, std::stop_token stop) {
   const auto record = find(choice.id);
+  if (!record && is_disk_unreachable(record.error())) return record.error();
   if (!record) return Error{record.error().code, record.error().message, "/environment/id"};
   const auto build = [&]() -> Result<std::shared_ptr<const Decoded>> {
     const Result<Blob> bytes = store_.bytes(choice.id);
+    if (!bytes && is_disk_unreachable(bytes.error())) return bytes.error();
     if (!bytes) return Error{bytes.error().code, bytes.error().message, "/environment/id"};
     return decode(**bytes, stop);
   };

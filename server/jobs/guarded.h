@@ -1,6 +1,7 @@
 #pragma once
 
 #include <mutex>
+#include <utility>
 
 namespace photond {
 
@@ -8,6 +9,8 @@ namespace photond {
 template <class Value>
 class Guarded {
  public:
+  explicit Guarded(Value value = {}) : value_(std::move(value)) {}
+
   template <class Change>
   void change(const Change& change) {
     const std::lock_guard lock(mutex_);

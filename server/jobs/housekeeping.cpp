@@ -3,15 +3,24 @@
 #include <exception>
 
 #include "server/jobs/jobs.h"
+#include "server/log.h"
 
 namespace photond {
 
 namespace {
 
 /// What is paused by request meanwhile no longer does.
-Status waits_for_room(const JobRecord& job) {
-  if (job.pause_reason == PauseReason::disk_full) return Done{};
-  return Error{ErrorCode::conflict, "the job does not wait for room", ""};
+Status waits_for_disk(const JobRecord& job) {
+  if (is_by_disk(job.pause_reason)) return Done{};
+  return Error{ErrorCode::conflict, "the job does not wait for the disk", ""};
+}
+
+void tell(const Status& found) {
+  if (found) {
+    LogLine(LogLevel::info, "disk_reachable");
+  } else {
+    LogLine(LogLevel::warning, "disk_unreachable").with("why", found.error().message);
+  }
 }
 
 }  // namespace
@@ -55,28 +64,33 @@ void Jobs::keep_house(std::stop_token stop) {
 }
 
 void Jobs::tidy_up() {
+  const bool was_found = room_.found().ok();
+  const Status found = room_.tidy();
+  if (found.ok() != was_found) tell(found);
   // A disk that cannot be looked at is as good as a full one.
-  if (!room_.tidy() || room_.full())
-    pause_for_room();
+  if (!found)
+    pause_for(PauseReason::disk_unreachable);
+  else if (room_.full())
+    pause_for(PauseReason::disk_full);
   else
     wake();
   count_without_room();
 }
 
-void Jobs::pause_for_room() {
+void Jobs::pause_for(PauseReason reason) {
   const std::lock_guard lock(mutex_);
   for (const auto& [id, run] : runs_) {
     const JobState state = run->job()->state();
     if (state != JobState::queued && !is_running(state)) continue;
-    const Status paused = run->job()->move(
-        JobState::paused, [](JobRecord& record) { record.pause_reason = PauseReason::disk_full; });
+    const Status paused =
+        run->job()->move(JobState::paused, [reason](JobRecord& record) { record.pause_reason = reason; });
     if (!paused) continue;  // it has moved on, or nothing can be written at all: then its run stalls
     run->interrupt();
     scheduler_.hurry(run);
   }
 }
 
-/// Takes up what waited for room, in the order it came; what rests in memory only is put away. Where all jobs wait, the
+/// Takes up what waited for the disk, in the order it came; what rests in memory only is put away. Where all jobs wait, the
 /// first goes on without room: once it has ended, what it has may go.
 void Jobs::wake() {
   const std::lock_guard lock(mutex_);
@@ -85,15 +99,15 @@ void Jobs::wake() {
   bool all_wait = true;
   for (const auto& [id, run] : runs_) {
     const JobState state = run->job()->state();
-    const bool paused = run->job()->pause_reason() == PauseReason::disk_full;
+    const bool paused = is_by_disk(run->job()->pause_reason());
     if (paused || run->stalled() || run->unsaved()) waiting.emplace(run->job()->record().sequence, run);
     if (state == JobState::queued || is_running(state)) all_wait = false;
   }
   for (const auto& [sequence, run] : waiting) {
     const bool has_room = run->missing_bytes() == 0 || room_.make_room(run->missing_bytes(), run->job()->id).ok();
-    if (!has_room && !(all_wait && waits_for_room(run->job()->record()).ok())) continue;
+    if (!has_room && !(all_wait && waits_for_disk(run->job()->record()).ok())) continue;
     if (!has_room) run->dare();
-    const bool goes_on = run->job()->move(JobState::queued, {}, waits_for_room).ok();
+    const bool goes_on = run->job()->move(JobState::queued, {}, waits_for_disk).ok();
     if (goes_on || run->stalled() || run->unsaved()) put_to_work(run);
     if (goes_on) all_wait = false;
   }

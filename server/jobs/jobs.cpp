@@ -331,6 +331,7 @@ void Jobs::put_to_work(const std::shared_ptr<RunJob>& run) {
 /// Whether one more job, of this owner, may be on its way.
 Status Jobs::check_room(const Owner& owner) const {
   if (stopping_) return shutting_down();
+  if (const Status found = room_.found(); !found) return found;
   if (room_.full()) return disk_full("the disk is full; try again when there is room");
   int live = 0;
   std::uint64_t own = 0;

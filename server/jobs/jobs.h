@@ -61,7 +61,8 @@ class Jobs {
   SceneLibrary& scenes() { return scenes_; }
   MapCache& maps() { return maps_; }
   const MapCache& maps() const { return maps_; }
-  /// How full the disk is. While it is full, running jobs are paused and new ones refused; both ends by itself.
+  /// How full the disk is. While it is full or out of reach, running jobs are paused and new ones refused; both ends
+  /// by itself.
   DiskRoom& room() { return room_; }
   const DiskRoom& room() const { return room_; }
   /// Jobs that lately had no room on the disk for what they have computed: most of them wait.
@@ -152,7 +153,7 @@ class Jobs {
   Status forget_oldest();
   void keep_house(std::stop_token stop);
   void tidy_up();
-  void pause_for_room();
+  void pause_for(PauseReason reason);
   void wake();
   void count_without_room();
 

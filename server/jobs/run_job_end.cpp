@@ -3,9 +3,20 @@
 #include <utility>
 
 #include "server/jobs/run_job.h"
+#include "server/log.h"
 #include "server/store/file.h"
 
 namespace photond {
+
+namespace {
+
+/// Why a job waits that failed so; none: it has failed for good.
+PauseReason pause_reason(const Error& error) {
+  if (is_disk_full(error)) return PauseReason::disk_full;
+  return is_disk_unreachable(error) ? PauseReason::disk_unreachable : PauseReason::none;
+}
+
+}  // namespace
 
 void RunJob::take_failure_of(const std::function<Status()>& work) {
   try {
@@ -19,8 +30,10 @@ void RunJob::take_failure(const Error& error) {
   if (execution_.cancelled()) return;  // the job's state, or the end of the service, says what is to be done
   const JobState state = job_->state();
   if (is_terminal(state) || state == JobState::paused || state == JobState::canceling) return;
-  if (is_disk_full(error)) {
-    return stall(job_->move(JobState::paused, [](JobRecord& record) { record.pause_reason = PauseReason::disk_full; }));
+  const PauseReason reason = pause_reason(error);
+  if (reason != PauseReason::none) {
+    LogLine(LogLevel::warning, "job_waits").with("job", job_->id).with("why", error.message);
+    return stall(job_->move(JobState::paused, [reason](JobRecord& record) { record.pause_reason = reason; }));
   }
   stall(job_->move(JobState::failed, [&](JobRecord& record) {
     if (task_) put_numbers(record);

@@ -8,6 +8,7 @@
 
 #include "core/render/render.h"
 #include "server/jobs/scene_archive.h"
+#include "server/store/file.h"
 
 namespace photond {
 
@@ -154,6 +155,7 @@ Result<SceneLibrary::Prepared> SceneLibrary::prepared(const Digest& id, const st
     return prepare_bytes(*bytes, record->media_type, environment, execution);
   };
   auto answer = prepared_.get_or_build(choice ? key_of(id, *choice) : id, build, execution.stop);
+  if (!answer && is_disk_unreachable(answer.error())) return answer.error();
   if (!answer) return Error{answer.error().code, answer.error().message, "/scene"};
   return std::move(answer->value);
 }

@@ -66,6 +66,17 @@ Status Blobs::list(const std::function<Status(const Digest&)>& visit) const {
   return Done{};
 }
 
+Status Blobs::look() const {
+  std::error_code failure;
+  if (fs::is_directory(folder_, failure)) return Done{};
+  return disk_unreachable("the folder " + folder_.filename().string() + " of the data directory is not there");
+}
+
+Error Blobs::explained(Error error) const {
+  const Status there = look();
+  return there ? std::move(error) : there.error();
+}
+
 Blobs::Written::~Written() {
   if (!temporary_.empty()) ::unlink(temporary_.c_str());  // fails, as it should, once the file is renamed
 }
@@ -73,7 +84,7 @@ Blobs::Written::~Written() {
 Result<Blobs::Written> Blobs::write(const Content& content) {
   Written written(folder_ / (std::to_string(next_temporary_++) + kTemporary));
   Result<File> file = File::open(written.temporary_, O_WRONLY | O_CREAT | O_TRUNC);
-  if (!file) return file.error();
+  if (!file) return explained(file.error());
   Hasher hasher;
   const Status given = content([&](std::span<const std::byte> piece) {
     hasher.update(piece);
@@ -90,7 +101,7 @@ Status Blobs::publish(const Written& written) {
   const std::lock_guard lock(changing_);
   const std::uint64_t before = size_of(path);  // replaced where it is there already: it may be a damaged one
   if (::rename(written.temporary_.c_str(), path.c_str()) != 0) {
-    return system_error("cannot rename " + written.temporary_.string(), errno);
+    return explained(system_error("cannot rename " + written.temporary_.string(), errno));
   }
   total_bytes_ += size_of(path) - before;
   checked_.insert(written.name_);
@@ -110,7 +121,7 @@ Result<Digest> Blobs::put(std::span<const std::byte> bytes) {
 
 Result<Blobs::Bytes> Blobs::get(const Digest& name) {
   Result<std::vector<std::byte>> bytes = read_whole(path_of(name));
-  if (!bytes) return bytes.error();
+  if (!bytes) return explained(bytes.error());
   if (sha256(*bytes) == name) return std::make_shared<const std::vector<std::byte>>(std::move(*bytes));
   return drop_damaged(name);
 }
@@ -120,7 +131,7 @@ Result<FileBytes> Blobs::open_file(const Digest& name) {
   const std::uint64_t size = size_of(path);
   Result<File> opened = File::open(path, O_RDONLY);
   if (!opened) {
-    if (!fs::exists(path)) return Error{ErrorCode::not_found, path.string() + " is missing", ""};
+    if (!fs::exists(path)) return explained({ErrorCode::not_found, path.string() + " is missing", ""});
     return opened.error();
   }
   FileBytes bytes{std::make_shared<const File>(std::move(*opened)), 0, size};
@@ -146,7 +157,7 @@ Status Blobs::remove(const Digest& name) {
   const std::lock_guard lock(changing_);
   const std::uint64_t size = size_of(path);
   if (::unlink(path.c_str()) != 0) {
-    if (errno == ENOENT) return Done{};
+    if (errno == ENOENT) return look();
     return system_error("cannot remove " + path.string(), errno);
   }
   total_bytes_ -= size;

@@ -22,7 +22,7 @@ namespace photond {
 /// Files of one folder named by the SHA-256 of their content. Once `put` has returned a blob is on the disk, whole;
 /// what reads back differently is never served. Whoever keeps blobs has a folder of its own and refers to them by
 /// rows of the database that are written afterwards; a crash in between leaves blobs without a row, for `sweep`.
-/// Thread-safe.
+/// While the folder is not there nothing is said of what it holds: that is disk_unreachable. Thread-safe.
 class Blobs {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
@@ -54,6 +54,8 @@ class Blobs {
   /// row yet.
   Result<std::size_t> sweep(const std::function<bool(const Digest&)>& wanted);
 
+  /// Whether the folder is there. Errors: disk_unreachable.
+  Status look() const;
   /// The size of all blobs together.
   std::uint64_t total_bytes() const { return total_bytes_; }
 
@@ -64,6 +66,8 @@ class Blobs {
 
   Status list(const std::function<Status(const Digest&)>& visit) const;
   Error drop_damaged(const Digest& name);
+  /// What a failure comes from, where that is the folder.
+  Error explained(Error error) const;
 
   const std::filesystem::path folder_;
   std::mutex changing_;  ///< names in the folder, the total and the next change together

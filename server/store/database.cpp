@@ -240,6 +240,7 @@ Error Database::failure(int code) const {
   const int number = sqlite3_system_errno(connection_);
   const bool io = (code & 0xff) == SQLITE_IOERR || (code & 0xff) == SQLITE_CANTOPEN;
   if ((code & 0xff) == SQLITE_FULL || (io && (number == ENOSPC || number == EDQUOT))) return disk_full(message);
+  if (io && (number == EMFILE || number == ENFILE)) return disk_unreachable(message);
   return {ErrorCode::io, message, ""};
 }
 

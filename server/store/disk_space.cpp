@@ -17,9 +17,9 @@ Result<DiskUse> measure_disk(const fs::path& folder, const DiskLimits& limits) {
     std::error_code gone;  // files come and go meanwhile
     if (const std::uint64_t size = entry->is_regular_file(gone) ? entry->file_size(gone) : 0; !gone) use.used += size;
   }
-  if (failure) return system_error("cannot look through " + folder.string(), failure.value());
+  if (failure) return disk_unreachable("the data directory cannot be looked through: " + failure.message());
   const fs::space_info space = fs::space(folder, failure);
-  if (failure) return system_error("cannot ask for the space of " + folder.string(), failure.value());
+  if (failure) return disk_unreachable("the disk does not tell its space: " + failure.message());
   const std::uint64_t attainable = use.used + space.available;
   use.limit = attainable - std::min(attainable, limits.reserve_bytes);
   if (limits.quota_bytes > 0) use.limit = std::min(use.limit, limits.quota_bytes);

@@ -27,7 +27,7 @@ struct DiskUse {
   DiskUse without(std::uint64_t bytes) const { return {used - std::min(used, bytes), limit}; }
 };
 
-/// Looks through the folder and asks the file system. Errors: io.
+/// Looks through the folder and asks the file system. Errors: disk_unreachable.
 Result<DiskUse> measure_disk(const std::filesystem::path& folder, const DiskLimits& limits);
 
 }  // namespace photond

@@ -15,9 +15,14 @@ bool is_disk_full(const Error& error) {
   return error.code == ErrorCode::limit_exceeded && error.where == "disk";
 }
 
+Error disk_unreachable(const std::string& message) { return {ErrorCode::io, message, "disk"}; }
+
+bool is_disk_unreachable(const Error& error) { return error.code == ErrorCode::io && error.where == "disk"; }
+
 Error system_error(const std::string& what, int number) {
   const std::string message = what + ": " + std::strerror(number);
   if (number == ENOSPC || number == EDQUOT) return disk_full(message);
+  if (number == EMFILE || number == ENFILE) return disk_unreachable(message);
   return {ErrorCode::io, message, ""};
 }
 

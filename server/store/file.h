@@ -13,12 +13,15 @@
 
 namespace photond {
 
-/// The failure of a system call, by errno. No space left (or no quota) is limit_exceeded with `where` "disk",
-/// everything else io.
+/// The failure of a system call, by errno. No space left (or no quota) is disk_full, no descriptor left is
+/// disk_unreachable, everything else io.
 Error system_error(const std::string& what, int number);
 /// limit_exceeded with `where` "disk": answered by 507, and a reason for jobs to pause.
 Error disk_full(const std::string& message);
 bool is_disk_full(const Error& error);
+/// io with `where` "disk": answered by 503, and a reason for jobs to pause.
+Error disk_unreachable(const std::string& message);
+bool is_disk_unreachable(const Error& error);
 
 /// An open file, closed with the object.
 class File {

@@ -48,7 +48,11 @@ enum class JobState : std::uint8_t {
 inline constexpr int kJobStates = 9;
 
 /// Why a job is paused. Stored by number.
-enum class PauseReason : std::uint8_t { none, request, disk_full };
+enum class PauseReason : std::uint8_t { none, request, disk_full, disk_unreachable };
+/// Whether the job goes on by itself.
+inline bool is_by_disk(PauseReason reason) {
+  return reason == PauseReason::disk_full || reason == PauseReason::disk_unreachable;
+}
 
 enum class Priority : std::uint8_t { interactive, batch };  // stored by number
 

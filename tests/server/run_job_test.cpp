@@ -1,6 +1,7 @@
 #include "server/jobs/run_job.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <new>
 #include <optional>
@@ -236,6 +237,44 @@ TEST_F(TightDiskTest, AJobThatDaresGoesOnWithoutACheckpointUntilThereIsRoom) {
   run.dare();
   while (passes_ < before + 5) ASSERT_TRUE(run.step());
   EXPECT_EQ(checkpoints(), std::vector<std::uint32_t>{1});
+}
+
+TEST_F(RunJobTest, WaitsForAFolderThatIsOutOfReachAndLosesNothing) {
+  RunJob before(new_job(), parts_);
+  Job& job = *before.job();
+  while (passes_ < 2) ASSERT_TRUE(before.step());
+  ASSERT_TRUE(job.move(JobState::paused).ok());
+  EXPECT_FALSE(before.step());
+  for (const char* name : {"scenes", "checkpoints"}) {
+    ASSERT_TRUE(job.move(JobState::queued).ok());
+    const auto folder = stored_.folder.path() / name, away = stored_.folder.path() / "away";
+    std::filesystem::rename(folder, away);
+    RunJob run(before.job(), parts_);
+    while (run.step()) continue;
+    EXPECT_EQ(job.state(), JobState::paused) << name;
+    EXPECT_EQ(job.record().pause_reason, PauseReason::disk_unreachable) << name;
+    std::filesystem::rename(away, folder);
+  }
+  ASSERT_TRUE(job.move(JobState::queued).ok());
+  RunJob after(before.job(), parts_);
+  while (after.step()) continue;
+  EXPECT_EQ(job.state(), JobState::succeeded);
+  EXPECT_EQ(passes_, 3u) << "it goes on from its checkpoint";
+}
+
+TEST_F(RunJobTest, WaitsForADescriptor) {
+  RunJob run(new_job(), parts_);
+  rlimit before{};
+  ::getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{static_cast<rlim_t>(0), before.rlim_max};
+  ::setrlimit(RLIMIT_NOFILE, &none);
+  while (run.step()) continue;
+  ::setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_EQ(run.job()->state(), JobState::paused);
+  EXPECT_EQ(run.job()->record().pause_reason, PauseReason::disk_unreachable);
+  ASSERT_TRUE(run.job()->move(JobState::queued).ok());
+  while (run.step()) continue;
+  EXPECT_EQ(run.job()->state(), JobState::succeeded);
 }
 
 TEST_F(RunJobTest, WhatCannotBePutAwayRestsUntilItCan) {

@@ -177,6 +177,20 @@ TEST_F(DiskRoomTest, IsFullUntilItIsBelowTheHighWaterMark) {
   EXPECT_FALSE(room.full());
 }
 
+TEST_F(DiskRoomTest, TellsOfAFolderThatIsOutOfReach) {
+  DiskRoom room = this->room(10 * kMegabyte);
+  EXPECT_TRUE(room.tidy().ok());
+  const DiskUse before = room.use();
+  const auto folder = stored_.folder.path() / "checkpoints", away = stored_.folder.path() / "away";
+  std::filesystem::rename(folder, away);
+  EXPECT_TRUE(is_disk_unreachable(room.tidy().error()));
+  EXPECT_TRUE(is_disk_unreachable(room.found().error()));
+  EXPECT_TRUE(is_disk_unreachable(room.make_room(1).error()));
+  EXPECT_EQ(room.use().used, before.used);
+  std::filesystem::rename(away, folder);
+  EXPECT_TRUE(room.tidy().ok() && room.found().ok());
+}
+
 TEST(DiskSpace, TheReserveOfTheFileSystemIsNotUsed) {
   const TemporaryFolder folder;
   const auto all = measure_disk(folder.path(), {0, 0}), less = measure_disk(folder.path(), {0, 1ull << 60});
@@ -233,6 +247,27 @@ TEST_F(DiskFullTest, JobsWaitWritesAreRefusedAndAllHealsByItself) {
   EXPECT_EQ(job(asked)["state"], "paused") << "what was paused by request stays so";
   EXPECT_EQ(upload(small_glb("other")).size(), 64u);
   EXPECT_EQ(wait_for_end(running)["state"], "succeeded");
+}
+
+TEST_F(DiskFullTest, WhileTheDataDirectoryIsOutOfReachJobsWaitAndNothingIsLost) {
+  const std::filesystem::path data = data_->path() / "data", away = data_->path() / "away";
+  const std::string endless = submit(scene_, R"("method":"path","stop":{"seconds":600})");
+  wait_for_state(endless, "rendering");
+  std::filesystem::rename(data, away);
+  std::filesystem::create_directory(data);  // as where a disk was mounted
+  ASSERT_TRUE(becomes_ready(503));
+  EXPECT_EQ(json::parse(get(port_, "/readyz").body)["code"], "disk_unreachable");
+  EXPECT_EQ(wait_for_state(endless, "paused")["paused_because"], "disk_unreachable");
+  const Reply refused = post_json(port_, "/v1/jobs", "{\"scene\":\"" + scene_ + "\"}");
+  EXPECT_EQ(refused.status, 503);
+  EXPECT_EQ(json::parse(refused.body)["code"], "io");
+  EXPECT_EQ(get(port_, "/v1/scenes/" + scene_ + ".glb").status, 503) << "that it is gone cannot be told";
+  EXPECT_NE(get(port_, "/metrics").body.find("photond_disk_unreachable 1\n"), std::string::npos);
+  std::filesystem::remove_all(data);
+  std::filesystem::rename(away, data);
+  ASSERT_TRUE(becomes_ready(200));
+  wait_for_state(endless, "rendering");
+  EXPECT_EQ(get(port_, "/v1/scenes/" + scene_ + ".glb").status, 200);
 }
 
 TEST_F(DiskFullTest, AJobThatWasPausedMeanwhileIsPutAwayOnceThereIsRoom) {
