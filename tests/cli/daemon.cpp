@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <thread>
@@ -32,6 +34,13 @@ bool Daemon::start(const std::vector<std::string>& arguments) {
   }
   ADD_FAILURE() << "photond does not start: " << said();
   return false;
+}
+
+void Daemon::limit_memory() const {
+  constexpr rlim_t kLeft = 1 << 20;  // less than a stack
+  const rlim_t pages = std::stoull(read_text("/proc/" + std::to_string(pid_) + "/statm"));
+  const rlimit most{pages * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + kLeft, RLIM_INFINITY};
+  ASSERT_EQ(::prlimit(pid_, RLIMIT_AS, &most, nullptr), 0);
 }
 
 int Daemon::end(int signal) {

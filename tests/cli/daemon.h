@@ -20,6 +20,8 @@ class Daemon {
 
   /// With further arguments. Returns once it answers; false where it does not start.
   bool start(const std::vector<std::string>& arguments = {});
+  /// From now on it gets little more memory from the system, and no more threads.
+  void limit_memory() const;
   /// Ends it by a signal; returns what waitpid says.
   int end(int signal);
   /// What it has written to stderr since the last start.

@@ -72,5 +72,13 @@ TEST_F(DrainTest, EndsInTimeWhateverTakesLonger) {
   EXPECT_EQ(picture(daemon, job), expected) << "it goes on from its last checkpoint to the same bits";
 }
 
+TEST_F(DrainTest, EndsWhereNoThreadCanBeMade) {
+  const TemporaryFolder folder;
+  Daemon daemon(folder.file("data"));
+  ASSERT_TRUE(daemon.start());
+  daemon.limit_memory();
+  EXPECT_EQ(daemon.end(SIGTERM), 0) << daemon.said();
+}
+
 }  // namespace
 }  // namespace photond::test
