@@ -8,7 +8,8 @@ namespace photond {
 
 /// Turns SIGINT, SIGTERM and SIGHUP into a stop request; SIGHUP not where it is ignored, as nohup does. Construct it
 /// before any other thread, since threads inherit the blocked signals. A further signal ends the process at once, with
-/// 128 + the signal and without half a file (files.h).
+/// 128 + the signal and without half a file (files.h), unless it comes so soon that it means the same: a terminal that
+/// is closed, and timeout(1), send two.
 class Interrupt {
  public:
   /// Which signal ends the process at once.

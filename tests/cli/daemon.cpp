@@ -36,6 +36,8 @@ bool Daemon::start(const std::vector<std::string>& arguments) {
   return false;
 }
 
+void Daemon::send(int signal) const { ::kill(pid_, signal); }
+
 void Daemon::limit_memory() const {
   constexpr rlim_t kLeft = 1 << 20;  // less than a stack
   const rlim_t pages = std::stoull(read_text("/proc/" + std::to_string(pid_) + "/statm"));

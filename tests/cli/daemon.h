@@ -20,6 +20,7 @@ class Daemon {
 
   /// With further arguments. Returns once it answers; false where it does not start.
   bool start(const std::vector<std::string>& arguments = {});
+  void send(int signal) const;
   /// From now on it gets little more memory from the system, and no more threads.
   void limit_memory() const;
   /// Ends it by a signal; returns what waitpid says.

@@ -72,6 +72,14 @@ TEST_F(DrainTest, EndsInTimeWhateverTakesLonger) {
   EXPECT_EQ(picture(daemon, job), expected) << "it goes on from its last checkpoint to the same bits";
 }
 
+TEST_F(DrainTest, TwoSignalsAtOnceAreOne) {
+  const TemporaryFolder folder;
+  Daemon daemon(folder.file("data"));
+  ASSERT_TRUE(daemon.start());
+  daemon.send(SIGHUP);
+  EXPECT_EQ(daemon.end(SIGTERM), 0);
+}
+
 TEST_F(DrainTest, EndsWhereNoThreadCanBeMade) {
   const TemporaryFolder folder;
   Daemon daemon(folder.file("data"));
