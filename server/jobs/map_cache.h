@@ -125,6 +125,7 @@ class MapUse {
   /// Lets go of the maps asked for last.
   void release() { last_.reset(); }
 
+  void count_anew() { hits_ = disk_hits_ = misses_ = 0; }
   std::uint64_t hits() const { return hits_; }  ///< in memory or on disk
   std::uint64_t disk_hits() const { return disk_hits_; }
   std::uint64_t misses() const { return misses_; }

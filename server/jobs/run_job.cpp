@@ -136,6 +136,7 @@ Status RunJob::prepare() {
   rule_ = RevisionRule();
   if (const Status moved = job_->move(JobState::preparing); !moved) return moved;
   if (!task_) {
+    add_to_earlier();
     if (const Status made = make_task(); !made) return made;
     if (const Status restored = restore(); !restored) return restored;
     compute_seconds_ += wall_seconds();
@@ -144,6 +145,13 @@ Status RunJob::prepare() {
     record.plan = task_->plan;
     put_numbers(record);
   });
+}
+
+void RunJob::add_to_earlier() {
+  earlier_hits_ += maps_.hits();
+  earlier_disk_hits_ += maps_.disk_hits();
+  earlier_misses_ += maps_.misses();
+  maps_.count_anew();
 }
 
 Status RunJob::make_task() {
@@ -179,6 +187,8 @@ Status RunJob::restore() {
     // The same value as when this pass was done: where the job stops does not depend on the restart.
     measure();
     checkpoints_.done(compute_seconds_, std::chrono::duration<double>(Clock::now() - begin).count());
+  } else {
+    earlier_hits_ = earlier_disk_hits_ = earlier_misses_ = 0;  // as the passes they were for
   }
   checkpoint_passes_ = film_.pass_count();
   return Done{};

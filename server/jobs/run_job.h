@@ -84,6 +84,7 @@ class RunJob : public Slices {
   bool rest();
   Status advance();
   Status prepare();
+  void add_to_earlier();
   Status make_task();
   Status restore();
   Status publish_preview();
@@ -140,7 +141,7 @@ class RunJob : public Slices {
   Clock::time_point begin_{};            ///< of the preparing
   double compute_seconds_ = 0;
   double told_ = 0;  ///< wall_seconds of the last event
-  std::uint64_t earlier_hits_, earlier_disk_hits_, earlier_misses_;  ///< of maps, in earlier lives of the service
+  std::uint64_t earlier_hits_, earlier_disk_hits_, earlier_misses_;  ///< of maps, before the job was last taken up
   bool previewed_ = false;
   bool settled_ = false;  ///< the slice has seen that the job is to rest, and put it away
 };

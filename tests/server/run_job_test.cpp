@@ -73,6 +73,24 @@ TEST_F(RunJobTest, HasAPassThoughPreparingTookAllItsTime) {
   EXPECT_EQ(run.job()->record().passes, 1u) << "of none the picture is black";
 }
 
+TEST_F(RunJobTest, CountsTheMapsOfThePassesThatItHas) {
+  JobRecord record = new_record();
+  record.spec.settings.method = Method::progressive;
+  record.spec.photons.photons_per_pass = 1000;
+  const auto job = new_job(record);
+  const auto run_once = [&] {
+    RunJob run(job, parts_);
+    while (run.step()) continue;
+    EXPECT_EQ(job->record().passes, 3u);
+    return job->record().map_hits + job->record().map_misses;
+  };
+  const std::uint64_t first = run_once();
+  EXPECT_GE(first, 3u);
+  ASSERT_TRUE(stored_.files->drop_checkpoints("a", 0).ok());
+  ASSERT_TRUE(job->move(JobState::queued).ok());
+  EXPECT_EQ(run_once(), first) << "it has begun anew";
+}
+
 /// A process that dies in the turn of `job`, and the next one.
 Turn death_of(const std::filesystem::path& file, const std::string& job) {
   Turn(file).give(job);
