@@ -8,9 +8,13 @@
 #include <cstdlib>
 #include <utility>
 
+#include "core/base/digest.h"
+
 namespace photond {
 
 namespace {
+
+constexpr const char* kDatabase = "photond.db";
 
 std::string owner_of(const std::filesystem::path& lock) {
   const Result<std::vector<std::byte>> text = read_whole(lock);
@@ -25,6 +29,30 @@ Status write_owner(File& lock) {
   return lock.write(std::as_bytes(std::span(pid.data(), pid.size())));
 }
 
+bool holds_blobs(const std::filesystem::path& folder) {
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+    if (digest_from_hex(entry.path().filename().string())) return true;
+  }
+  return false;
+}
+
+/// A new database beside files of an old one knows none of them, and what no row names is litter.
+Status check_database(const std::filesystem::path& folder) {
+  std::error_code missing;
+  const std::uintmax_t size = std::filesystem::file_size(folder / kDatabase, missing);
+  if (!missing && size > 0) return Done{};
+  for (const char* name : {"scenes", "environments", "frames", "checkpoints"}) {
+    if (!holds_blobs(folder / name)) continue;
+    return Error{ErrorCode::io,
+                 "the database " + (folder / kDatabase).string() + " is missing or empty, though there are files in " + name +
+                     "/. Restore it from a backup, or move scenes, environments, frames and checkpoints aside to start "
+                     "without them; nothing was changed",
+                 ""};
+  }
+  return Done{};
+}
+
 }  // namespace
 
 std::string default_data_directory() {
@@ -37,6 +65,8 @@ std::string default_data_directory() {
   }
   return {};
 }
+
+std::string DataDirectory::database() const { return (path_ / kDatabase).string(); }
 
 Result<DataDirectory> DataDirectory::open(const std::string& path) {
   if (path.empty()) return Error{ErrorCode::invalid_input, "no data directory is given (--data DIR)", ""};
@@ -55,6 +85,7 @@ Result<DataDirectory> DataDirectory::open(const std::string& path) {
   if (const Status written = write_owner(*lock); !written && !is_disk_full(written.error())) {
     return written.error();
   }
+  if (const Status whole = check_database(folder); !whole) return whole.error();
   return DataDirectory(folder, std::move(*lock));
 }
 

@@ -17,11 +17,11 @@ std::string default_data_directory();
 class DataDirectory {
  public:
   /// Creates the folder, readable by its owner only, where it is missing, and locks it. Errors: conflict where
-  /// another photond uses it, with its process id; io.
+  /// another photond uses it, with its process id; io, also where its files are there without the database.
   static Result<DataDirectory> open(const std::string& path);
 
   const std::filesystem::path& path() const { return path_; }
-  std::string database() const { return (path_ / "photond.db").string(); }
+  std::string database() const;
   /// A folder in it.
   std::filesystem::path folder(const char* name) const { return path_ / name; }
 

@@ -16,8 +16,8 @@ constexpr std::int64_t kApplication = 0x50686f74;  // "Phot": PRAGMA application
 Error damaged(const std::string& path, const std::string& detail) {
   return {ErrorCode::io,
           "the database " + path + " is damaged (" + detail +
-              "). Restore it from a backup, or move it aside (with its -wal and -shm files) to start without its "
-              "jobs and scenes; nothing was changed",
+              "). Restore it from a backup, or move it aside, with its -wal and -shm files and the folders "
+              "scenes, environments, frames and checkpoints, to start without them; nothing was changed",
           ""};
 }
 

@@ -45,6 +45,23 @@ TEST(DataDirectory, WhatIsNoFolderIsAnError) {
   EXPECT_FALSE(DataDirectory::open("").ok());
 }
 
+TEST(DataDirectory, WithoutItsDatabaseItsFilesAreKept) {
+  const test::TemporaryFolder folder;
+  const auto scene = folder.path() / "scenes" / std::string(64, 'a');
+  std::filesystem::create_directories(scene.parent_path());
+  std::ofstream(folder.file("scenes/other")) << "x";
+  EXPECT_TRUE(DataDirectory::open(folder.path().string()).ok());
+  std::ofstream(scene) << "x";
+  for (const bool empty : {false, true}) {
+    if (empty) std::ofstream(folder.file("photond.db")).flush();
+    const auto refused = DataDirectory::open(folder.path().string());
+    ASSERT_FALSE(refused.ok()) << empty;
+    EXPECT_NE(refused.error().message.find("is missing or empty"), std::string::npos) << refused.error().message;
+  }
+  std::ofstream(folder.file("photond.db")) << "SQLite";
+  EXPECT_TRUE(DataDirectory::open(folder.path().string()).ok()) << "whether it is whole others say";
+}
+
 TEST(DataDirectory, TheDefaultFollowsXdg) {
   const char* data = std::getenv("XDG_DATA_HOME");
   const char* home = std::getenv("HOME");
