@@ -85,6 +85,7 @@ bool is_device_or_pipe(const std::filesystem::path& path) {
 }
 
 Status check_writable(const std::filesystem::path& path) {
+  if (path.empty()) return Error{ErrorCode::io, "cannot be written: its name is empty", {}};
   if (standard_stream(path) >= 0) return Done{};
   if (is_device_or_pipe(path)) return ::access(path.c_str(), W_OK) == 0 ? Status(Done{}) : io_error("cannot be written");
   std::error_code failure;
@@ -121,7 +122,8 @@ bool is_same_file(const std::string& a, const std::string& b) {
   const auto whole = [&failure](const std::string& path) {
     return std::filesystem::weakly_canonical(std::filesystem::absolute(behind_links(path), failure), failure);
   };
-  return whole(a) == whole(b);
+  const std::filesystem::path first = whole(a);
+  return !first.empty() && first == whole(b);  // empty: it leads nowhere
 }
 
 }  // namespace

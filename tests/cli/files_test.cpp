@@ -80,6 +80,15 @@ TEST_F(FilesTest, ADeviceStaysADevice) {
   EXPECT_EQ(count(), 2u);
 }
 
+TEST_F(FilesTest, NamesThatLeadNowhereAreNoInputs) {
+  std::filesystem::create_symlink(link_, link_);
+  for (const std::string& name : {std::string(), std::string(260, 'n'), link_}) {
+    const Status refused = check_outputs({name}, {""});
+    ASSERT_FALSE(refused.ok()) << name;
+    EXPECT_NE(refused.error().message.find("cannot be written"), std::string::npos) << refused.error().message;
+  }
+}
+
 TEST_F(FilesTest, StandardOutputGoesOnWhereItIs) {
   const std::string scene = write_scene(folder_.path());
   write_text(file_, "before\n");
