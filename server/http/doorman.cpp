@@ -1,6 +1,7 @@
 #include "server/http/doorman.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/epoll.h>
@@ -51,6 +52,12 @@ void tell_late(const Socket& socket) {
   tell(socket, "408 Request Timeout",
        R"({"type":"about:blank","title":"Request timeout","status":408,"code":"too_slow",)"
        R"("detail":"the request took too long to arrive"})");
+}
+
+/// The same connection by the lowest descriptor that is free; nobody listens to it by the other one yet.
+Socket moved_down(Socket& socket) {
+  const int lowest = ::fcntl(socket.fd(), F_DUPFD_CLOEXEC, 0);
+  return lowest >= 0 ? Socket(lowest) : std::move(socket);
 }
 
 std::string address_text(const sockaddr_storage& address) {
@@ -246,6 +253,7 @@ void Doorman::Hall::welcome(Socket socket, std::string peer) {
     return tell_busy(socket);
   }
   if (scarce || visitors_.size() >= options_.max_waiting) make_room();
+  if (scarce) socket = moved_down(socket);
   Visitor visitor;
   visitor.socket = std::move(socket);
   visitor.peer = std::move(peer);
