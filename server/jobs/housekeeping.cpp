@@ -90,8 +90,8 @@ void Jobs::pause_for(PauseReason reason) {
   }
 }
 
-/// Takes up what waited for the disk, in the order it came; what rests in memory only is put away. Where all jobs wait, the
-/// first goes on without room: once it has ended, what it has may go.
+/// Takes up what waited for the disk, in the order it came; what rests in memory only is put away. Where all jobs wait,
+/// the first goes on without room: once it has ended, what it has may go.
 void Jobs::wake() {
   const std::lock_guard lock(mutex_);
   if (stopping_) return;

@@ -45,9 +45,9 @@ Status check_database(const std::filesystem::path& folder) {
   for (const char* name : {"scenes", "environments", "frames", "checkpoints"}) {
     if (!holds_blobs(folder / name)) continue;
     return Error{ErrorCode::io,
-                 "the database " + (folder / kDatabase).string() + " is missing or empty, though there are files in " + name +
-                     "/. Restore it from a backup, or move scenes, environments, frames and checkpoints aside to start "
-                     "without them; nothing was changed",
+                 "the database " + (folder / kDatabase).string() + " is missing or empty, though there are files in " +
+                     name + "/. Restore it from a backup, or move scenes, environments, frames and checkpoints aside to "
+                     "start without them; nothing was changed",
                  ""};
   }
   return Done{};
