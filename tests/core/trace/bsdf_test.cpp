@@ -83,6 +83,7 @@ struct Plane {
     surface.front = front;
     surface.mesh = &scene.meshes[0];
     surface.material = &scene.materials[0];
+    surface.ior = material.ior;
     surface.vertices = scene.meshes[0].triangles[0];
   }
   Bsdf bsdf(const Vec3& wo) const { return {scene, surface, wo}; }
