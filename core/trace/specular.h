@@ -41,8 +41,9 @@ struct SpecularBounce {
 /// wherever it may leave, by that normal or by the geometric one, paths from the eye do not take the surface as flat
 /// (Bsdf::flat). So it is far from grazing and critical angles, in terms of how much n is tilted; nearer it is not told.
 [[gnu::always_inline]] inline bool far_from_flat(const Vec3& in, const Vec3& n, const Vec3& ng, float eta) {
-  const float along = glm::dot(n, ng), cosine = glm::dot(in, ng);
-  const float margin = 2 * std::sqrt(std::max(0.0f, 1 - along * along));   // sines of twice the tilt, at least
+  const Vec3 tilt = glm::cross(n, ng);
+  const float margin = 2 * std::sqrt(glm::dot(tilt, tilt));   // the sine of twice the tilt, at least
+  const float cosine = glm::dot(in, ng);
   const float least_sq = margin * margin;
   const float sine = std::sqrt(std::max(0.0f, 1 - cosine * cosine));
   // Sines of incidence on this side, where it is as oblique as tilted normals can make it, and of refraction.

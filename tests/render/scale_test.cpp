@@ -113,9 +113,9 @@ TEST(HardCase, DecimalScales19) {
     Quantity& p = c.at_most(what, 5e-4);
     std::snprintf(what, sizeof what, "share of pixels that differ by 10⁻³ at scale %g",
                   static_cast<double>(scale));
-    // A photon or path in the millions takes another way at a facet's edge; a pixel of final gather sees
-    // hundreds.
-    Quantity& s = c.at_most(what, 0.1);
+    // A photon or path in the millions takes another way at a facet's edge; a pixel of final gather sees hundreds, and a
+    // photon is seen by all pixels near it and near where it goes on to: six seeds differ from .005 to .084.
+    Quantity& s = c.at_most(what, 0.2);
     for (const Method method : kMethods) {
       for (const std::uint64_t seed : kSeeds) {
         const Image one = picture(small_room(1), method, seed);
