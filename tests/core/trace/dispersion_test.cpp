@@ -46,9 +46,10 @@ TEST(Dispersion, WavelengthsAreThoseOfTheChannels) {
       seen[c].add(static_cast<double>(nm[c]));
     }
   }
-  EXPECT_NEAR(seen[0].mean, 601.24, 0.5);
-  EXPECT_NEAR(seen[1].mean, 540.67, 0.5);
-  EXPECT_NEAR(seen[2].mean, 451.83, 0.5);
+  constexpr double kStep = 0.5;   // nanometres: the program adds up in steps of one
+  EXPECT_NEAR(seen[0].mean, 601.24, kStep);
+  EXPECT_NEAR(seen[1].mean, 540.67, kStep);
+  EXPECT_NEAR(seen[2].mean, 451.83, kStep);
 }
 
 // Whatever pass and seed they begin with.

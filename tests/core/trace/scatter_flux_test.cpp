@@ -206,7 +206,8 @@ TEST_P(SmoothFlux, IsTheAdjointOfWhatPathsSee) {
   for (const bool far : {false, true}) {
     const test::Sample expected = seen(far), photons = carried(far);
     const double error = std::hypot(expected.standard_error(), photons.standard_error());
-    EXPECT_NEAR(photons.mean, expected.mean, test::kSigmas * error + 1e-5) << c.name << (far ? ", beyond" : "");
+    constexpr double kRounding = 1e-5;   // where directions are so rare that none may be drawn
+    EXPECT_NEAR(photons.mean, expected.mean, test::kSigmas * error + kRounding) << c.name << (far ? ", beyond" : "");
   }
 }
 
