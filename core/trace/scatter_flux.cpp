@@ -118,11 +118,13 @@ struct Seen {
 bool alike(const Vec3& a, const Vec3& b) { return glm::dot(a, b) > 1 - 1e-6f; }
 
 Exit about_shading_normal(const Scene& scene, const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi,
-                          float most_normal_factor, const Vec3& u) {
+                          float most_normal_factor, const Vec3& u, bool& settled) {
   Exit exit(bsdf.about_shading_normal().sample(u, bsdf.delta_lobes(), Transport::flux));
+  settled = false;
   if (exit.sample.lobe == kNoLobe) return exit;
   const Vec3& n = bsdf.normal(exit.sample.lobe);
-  if (!far_from_flat(-wi, n, surface.ng, bsdf.bending_index())) {
+  settled = far_from_flat(-wi, n, surface.ng, bsdf.bending_index());
+  if (!settled) {
     const Seen seen(scene, surface, exit.sample);
     if (seen.flat || !alike(seen.normal, n)) return exit;
   }
@@ -130,14 +132,12 @@ Exit about_shading_normal(const Scene& scene, const SurfacePoint& surface, const
   return exit;
 }
 
-Exit about_geometric_normal(const Scene& scene, const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi,
-                            const Vec3& u) {
+Exit about_geometric_normal(const Scene& scene, const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& u) {
   Exit exit(bsdf.about_geometric_normal().sample(u, bsdf.delta_lobes(), Transport::flux));
   if (exit.sample.lobe == kNoLobe) return exit;
-  const Vec3& n = bsdf.normal(exit.sample.lobe);
-  if (far_from_flat(-wi, n, surface.ng, bsdf.bending_index())) return exit;
   const Seen seen(scene, surface, exit.sample);
-  if (seen.flat || (alike(seen.normal, surface.ng) && !alike(n, surface.ng))) exit.weight = exit.sample.weight;
+  const bool without_shading = alike(seen.normal, surface.ng) && !alike(bsdf.normal(exit.sample.lobe), surface.ng);
+  if (seen.flat || without_shading) exit.weight = exit.sample.weight;
   return exit;
 }
 
@@ -145,8 +145,10 @@ Exit about_geometric_normal(const Scene& scene, const SurfacePoint& surface, con
 // it. So some light leaves twice, once about either normal, and some never.
 bool scatter_delta(const Scene& scene, const SurfacePoint& surface, const Bsdf& bsdf, const Vec3& wi,
                    float most_normal_factor, const Vec3& u, Rng& rng, FluxSample& out) {
-  const Exit shading = about_shading_normal(scene, surface, bsdf, wi, most_normal_factor, u);
-  const Exit flat = about_geometric_normal(scene, surface, bsdf, wi, u);
+  bool settled = false;
+  const Exit shading = about_shading_normal(scene, surface, bsdf, wi, most_normal_factor, u, settled);
+  // By the same numbers light leaves by the same lobe.
+  const Exit flat = settled ? Exit({}) : about_geometric_normal(scene, surface, bsdf, u);
   const float sum = shading.power() + flat.power();
   if (!(sum > 0)) return false;
   const float p = shading.power() / sum;
