@@ -1,5 +1,6 @@
 import { reached } from './events';
 import type { FrameKey, View } from './frames';
+import { read_json, write_json } from './json';
 import { fetch_with_key } from './key';
 import { WireError, type Parser } from './parse';
 import {
@@ -125,7 +126,7 @@ async function all_scenes(): Promise<Answer<Scene[]>> {
 const nothing: Parser<null> = () => null;
 
 function json_post(body: unknown): RequestInit {
-  return { method: 'POST', body: JSON.stringify(body), headers: { 'Content-Type': 'application/json' } };
+  return { method: 'POST', body: write_json(body), headers: { 'Content-Type': 'application/json' } };
 }
 
 async function ask<T>(path: string, parser: Parser<T>, init: RequestInit = {}): Promise<Answer<T>> {
@@ -134,7 +135,7 @@ async function ask<T>(path: string, parser: Parser<T>, init: RequestInit = {}): 
   if (!response || body === null) return { ok: false, failure: { kind: 'away' } };
   if (!response.ok) return { ok: false, failure: refusal(response.status, body) };
   try {
-    return { ok: true, value: parser(body === '' ? null : JSON.parse(body), '') };
+    return { ok: true, value: parser(body === '' ? null : read_json(body), '') };
   } catch (error) {
     return { ok: false, failure: { kind: 'problem', status: response.status, problem: unreadable(path, error) } };
   }

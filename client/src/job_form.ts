@@ -130,7 +130,7 @@ export class JobForm {
       film: { width: value_of('width'), height: value_of('height') },
       method: this.method(),
       ...(given('photons') && { photons_per_pass: value_of('photons') }),
-      seed: value_of('seed'),
+      seed: String(value_of('seed')),
       stop,
     };
   }

@@ -27,6 +27,12 @@ export const count: Parser<number> = (value, pointer) => {
   return found;
 };
 
+/** A whole number from 0 on, as a text of digits. */
+export const digits: Parser<string> = (value, pointer) => {
+  if (typeof value !== 'string' || !/^\d+$/.test(value)) throw new WireError(pointer, 'a whole number from 0 on');
+  return value;
+};
+
 export const flag: Parser<boolean> = (value, pointer) => {
   if (typeof value !== 'boolean') throw new WireError(pointer, 'true or false');
   return value;

@@ -1,4 +1,4 @@
-import { count, flag, list, maybe, number, object, one_of, text, WireError, type Parser } from './parse';
+import { count, digits, flag, list, maybe, number, object, one_of, text, WireError, type Parser } from './parse';
 
 export type JobState =
   | 'queued' | 'preparing' | 'rendering' | 'finalizing' | 'succeeded' | 'canceling' | 'canceled' | 'failed' | 'paused';
@@ -136,7 +136,8 @@ export interface JobSpec {
   photons_per_pass: number;
   radius: number;
   gather_photons: number;
-  seed: number;
+  /** Digits: it may be larger than what a number holds exactly. */
+  seed: string;
   stop: StopRule;
   priority: Priority;
 }
@@ -251,7 +252,7 @@ const spec = object<JobSpec>({
   photons_per_pass: count,
   radius: number,
   gather_photons: count,
-  seed: count,
+  seed: digits,
   stop: stop_rule,
   priority: one_of('interactive', 'batch'),
 });

@@ -1,6 +1,7 @@
 import { afterEach, describe, expect, it, vi } from 'vitest';
 import { api, fetch_file, load_frame } from '../src/api';
 import type { View } from '../src/frames';
+import { job_message } from './messages';
 
 afterEach(() => void vi.unstubAllGlobals());
 
@@ -34,6 +35,21 @@ describe('the list of scenes', () => {
   it('fails where one of its pages does', async () => {
     server((url) => (url.searchParams.has('cursor') ? new Response('', { status: 503 }) : page(['a'], 'c-1')));
     expect(await api.scenes()).toMatchObject({ ok: false, failure: { status: 503 } });
+  });
+});
+
+describe('a seed', () => {
+  it('is asked for again to the last digit', async () => {
+    const text = JSON.stringify(job_message()).replace('"seed":"0"', '"seed":18446744073709551615');
+    const sent: unknown[] = [];
+    vi.stubGlobal('fetch', async (_path: string, init: RequestInit) => {
+      sent.push(init.body);
+      return new Response(text);
+    });
+    const job = await api.job('j-1');
+    if (!job.ok) throw new Error('no job');
+    await api.submit({ scene: 'a', seed: job.value.spec.seed, stop: {} });
+    expect(sent[1]).toContain('"seed":18446744073709551615,');
   });
 });
 

@@ -1,12 +1,12 @@
 import type { Job, JobEvent, JobSpec } from '../src/wire';
 
-/** A job as the server sends it. */
+/** A job as the server sends it and `read_json` reads it. */
 export function job_message(changes: Record<string, unknown> = {}): Record<string, unknown> {
   return {
     id: 'j-1', state: 'rendering', version: 5, label: '', scene: 'ab'.repeat(32),
     spec: {
       scene: 'ab'.repeat(32), environment: null, camera: 0, film: { width: 320, height: 200 }, method: 'auto', photons_per_pass: 1000,
-      radius: 0, gather_photons: 64, seed: 0, stop: { passes: 16, seconds: null, relative_error: null },
+      radius: 0, gather_photons: 64, seed: '0', stop: { passes: 16, seconds: null, relative_error: null },
       priority: 'interactive', label: '',
     },
     created_at: '2026-01-31T12:00:00.123Z', started_at: null, finished_at: null,
@@ -50,7 +50,7 @@ export function scene_message(changes: Record<string, unknown> = {}): Record<str
 export function a_spec(changes: Partial<JobSpec> = {}): JobSpec {
   return {
     environment: null, camera: 0, film: { width: 320, height: 200 }, method: 'auto', photons_per_pass: 1000, radius: 0,
-    gather_photons: 64, seed: 0, stop: { passes: 16, seconds: null, relative_error: null }, priority: 'interactive',
+    gather_photons: 64, seed: '0', stop: { passes: 16, seconds: null, relative_error: null }, priority: 'interactive',
     ...changes,
   };
 }

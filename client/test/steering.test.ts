@@ -43,10 +43,12 @@ describe('steering', () => {
 
   it('starts a job like the one that is watched', async () => {
     const desk = new Desk();
-    desk.watched = a_job({ label: 'mine', spec: a_spec({ seed: 7, stop: { passes: null, seconds: 9, relative_error: null } }) });
+    const seed = '18446744073709551615';
+    const stop = { passes: null, seconds: 9, relative_error: null };
+    desk.watched = a_job({ label: 'mine', spec: a_spec({ seed, stop }) });
     desk.steering.look(place(1));
     await turns();
-    expect(desk.requests).toMatchObject([{ scene: desk.watched.scene, label: 'mine', seed: 7, camera: place(1) }]);
+    expect(desk.requests).toMatchObject([{ scene: desk.watched.scene, label: 'mine', seed, camera: place(1) }]);
     expect(desk.requests[0]?.stop).toEqual({ seconds: 9 });
     expect(desk.log).toEqual(['s1, back leads to the one before']);
   });

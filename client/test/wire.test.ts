@@ -45,6 +45,7 @@ describe('parse_job', () => {
     ['/spec/camera', { spec: { ...spec_message, camera: -1 } }],
     ['/spec/camera/up', { spec: { ...spec_message, camera: { eye: [0, 0, 1], target: [0, 0, 0], up: [0, 1], yfov_deg: 40 } } }],
     ['/spec/environment/id', { spec: { ...spec_message, environment: { rotation_deg: 0, scale: 1 } } }],
+    ['/spec/seed', { spec: { ...spec_message, seed: 7 } }],
     ['/id', { id: null }],
   ])('names %s where it is malformed', (pointer, changes) => {
     expect(pointer_of_failure(() => parse_job(job_message(changes), ''))).toBe(pointer);
