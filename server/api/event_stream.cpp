@@ -61,9 +61,8 @@ class EventFeed {
 
   bool one_job_ended(const std::vector<Event>& events) const {
     if (!ends_) return false;
-    if (!events.empty()) return is_terminal(events.back().state);
-    const auto job = store_.job(*jobs_.begin());
-    return !job;  // deleted meanwhile
+    if (!events.empty()) return is_terminal(events.back().state);  // also of one that is gone
+    return !store_.job(*jobs_.begin());
   }
 
   std::string with_heartbeat(std::string text) {
@@ -124,7 +123,7 @@ Response Api::all_events(const Request& request) const {
   const EventLog& log = jobs_.events();
   const auto jobs = parameter(request, "job")->get<std::set<std::string>>();
   for (const std::string& id : jobs) {
-    if (!store_.job(id)) return no_job(id);
+    if (!store_.job(id) && !store_.is_gone(id)) return no_job(id);  // of one that is gone the stream says so
   }
   const std::uint64_t after = start_of(request, log.newest(), jobs.empty() ? log.newest() : 0);
   return stream(std::make_shared<EventFeed>(store_, jobs_, jobs, after, false, request.stop));

@@ -179,6 +179,8 @@ const char* event_name(EventKind kind) {
       return "progress";
     case EventKind::frame:
       return "frame";
+    case EventKind::gone:
+      return "gone";
   }
   return "state";
 }

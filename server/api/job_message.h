@@ -22,6 +22,6 @@ Json spec_message(const JobSpec& spec);
 Json event_message(const Event& event);
 Json series_message(const JobRecord& job);
 
-const char* event_name(EventKind kind);  ///< "state", "progress", "frame"
+const char* event_name(EventKind kind);  ///< "state", "progress", "frame", "gone"
 
 }  // namespace photond

@@ -17,6 +17,14 @@ Status EventLog::update(const JobRecord& job, Event event) {
   return note(job, store_.update_job(job, std::move(event)));
 }
 
+Status EventLog::remove(const std::string& job) {
+  const Result<Event> stored = store_.remove_job(job);
+  if (!stored) return stored.error();
+  LogLine(LogLevel::info, "job").with("job", job).with("state", "gone");
+  wake(*stored);
+  return Done{};
+}
+
 Status EventLog::note(const JobRecord& job, const Result<Event>& stored) {
   if (!stored) return stored.error();
   if (stored->kind == EventKind::state) {
@@ -25,12 +33,16 @@ Status EventLog::note(const JobRecord& job, const Result<Event>& stored) {
     line.with("job", job.id).with("state", state_name(job.state)).with("passes", job.passes);
     if (job.failure) line.with("failure", job.failure->message);
   }
+  wake(*stored);
+  return Done{};
+}
+
+void EventLog::wake(const Event& stored) {
   {
     const std::lock_guard lock(mutex_);
-    newest_ = std::max(newest_, stored->id);
+    newest_ = std::max(newest_, stored.id);
   }
   changed_.notify_all();
-  return Done{};
 }
 
 std::uint64_t EventLog::newest() const {

@@ -23,6 +23,7 @@ class EventLog {
   /// `also` runs in the transaction that adds the job.
   Status add(JobRecord& job, Event event, const Database::Body& also = {});
   Status update(const JobRecord& job, Event event);
+  Status remove(const std::string& job);
 
   /// Somebody looks at all jobs: see Job::look.
   void look() const { looked_at_ = std::chrono::steady_clock::now(); }
@@ -33,12 +34,13 @@ class EventLog {
   std::uint64_t newest() const;
   /// Waits until `newest()` exceeds `seen`; false after `timeout` or a stop.
   bool wait_beyond(std::uint64_t seen, std::chrono::milliseconds timeout, std::stop_token stop) const;
-  /// Events above `after` of one job or (empty) of all, coalesced: every state event, and of each job's
-  /// progress and frame events only the newest.
+  /// Events above `after` of one job or (empty) of all, coalesced: every state event, of each job's progress and
+  /// frame events only the newest, and of one that is gone only that.
   std::vector<Event> read_after(std::uint64_t after, const std::string& job) const;
 
  private:
   Status note(const JobRecord& job, const Result<Event>& stored);
+  void wake(const Event& stored);
 
   Store& store_;
   mutable std::mutex mutex_;

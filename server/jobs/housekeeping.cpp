@@ -29,7 +29,7 @@ void tell(const Status& found) {
 Status Jobs::forget(const std::string& id) {
   if (const Status dropped = files_.drop_checkpoints(id); !dropped) return dropped;
   if (const Status dropped = files_.drop_frames(id); !dropped) return dropped;
-  if (const Status removed = store_.remove_job(id); !removed) return removed;
+  if (const Status removed = log_.remove(id); !removed) return removed;
   runs_.erase(id);
   return Done{};
 }

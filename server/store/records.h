@@ -129,9 +129,10 @@ struct JobRecord : JobNumbers {
   std::vector<SeriesPoint> series;
 };
 
-enum class EventKind : std::uint8_t { state, progress, frame };  // stored by number
+/// Stored by number: append only. `gone`: the job was removed.
+enum class EventKind : std::uint8_t { state, progress, frame, gone };
 
-/// Something that happened to a job, with the numbers of that moment.
+/// Something that happened to a job, with the numbers of that moment; of one that is gone its last ones.
 struct Event : JobNumbers {
   std::uint64_t id = 0;  ///< ascending over all jobs
   EventKind kind = EventKind::state;

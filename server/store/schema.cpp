@@ -104,6 +104,12 @@ ALTER TABLE environments ADD COLUMN owner TEXT NOT NULL DEFAULT '';  -- as of sc
     Migration{R"(
 ALTER TABLE environments ADD COLUMN name TEXT NOT NULL DEFAULT '';  -- as of scenes
 )"},
+    Migration{R"(
+CREATE TABLE gone (               -- events that say that a job is gone, the newest ones
+  id INTEGER PRIMARY KEY,         -- as of events
+  event TEXT NOT NULL
+);
+)"},
 };
 
 }  // namespace

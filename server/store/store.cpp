@@ -10,6 +10,7 @@ namespace photond {
 namespace {
 
 constexpr std::size_t kStateEvents = 256;  // per job: pausing and resuming may go on for ever
+constexpr std::size_t kGoneEvents = 1024;  // of all jobs: whoever was away for longer asks for the jobs that there are
 constexpr std::uint64_t kReserved = 1000;  // event ids at a time
 
 Error no_job(const std::string& id) { return {ErrorCode::not_found, "there is no job " + id, ""}; }
@@ -76,6 +77,7 @@ Status Store::load() {
   return database_.read([this](Transaction& transaction) -> Status {
     if (const Status scenes = load_scenes(transaction); !scenes) return scenes;
     if (const Status jobs = load_jobs(transaction); !jobs) return jobs;
+    if (const Status gone = load_gone(transaction); !gone) return gone;
     const auto sequence = load_counter(transaction, "job_sequence");
     if (!sequence) return sequence.error();
     const auto reserved = load_counter(transaction, "events_reserved");
@@ -125,6 +127,16 @@ Status Store::load_jobs(Transaction& transaction) {
     jobs_[event->job].events.push_back(std::move(*event));
   }
   return events.status();
+}
+
+Status Store::load_gone(Transaction& transaction) {
+  Query query = transaction.query("SELECT event FROM gone ORDER BY id");
+  while (query.next()) {
+    Result<Event> event = read_event(query.text(0));
+    if (!event) return event.error();
+    gone_.push_back(std::move(*event));
+  }
+  return query.status();
 }
 
 /// What is a sample is said anew at each start: a folder of samples may have changed.
@@ -234,20 +246,30 @@ Status Store::remove_scene(const Digest& id) {
 
 // --- jobs and events ----------------------------------------------------------------------------------------------
 
-Status Store::insert_event(Transaction& transaction, Event& event, const StoredJob* job) {
+/// Ids are reserved by the thousand, in a transaction that waits for the disk: those given since are not given again
+/// even where their events were lost with the power.
+Status Store::give_id(Transaction& transaction, Event& event) const {
   event.id = last_event_ + 1;
-  // Ids are reserved by the thousand, in a transaction that waits for the disk: those given since are not given again
-  // even where their events were lost with the power.
-  if (event.id > reserved_events_) {
-    const Status reserved = transaction.run("UPDATE counters SET value = ? WHERE name = 'events_reserved'",
-                                            reserved_events_ + kReserved);
-    if (!reserved) return reserved;
-  }
+  if (event.id <= reserved_events_) return Done{};
+  return transaction.run("UPDATE counters SET value = ? WHERE name = 'events_reserved'", reserved_events_ + kReserved);
+}
+
+Status Store::insert_event(Transaction& transaction, Event& event, const StoredJob* job) {
+  if (const Status given = give_id(transaction, event); !given) return given;
   if (const auto old = job ? superseded(job->events, event.kind) : std::nullopt) {
     const Status gone = transaction.run("DELETE FROM events WHERE id = ?", job->events[*old].id);
     if (!gone) return gone;
   }
   return transaction.run("INSERT INTO events VALUES (?, ?, ?)", event.id, event.job, event_text(event));
+}
+
+Status Store::insert_gone(Transaction& transaction, Event& event) const {
+  if (const Status given = give_id(transaction, event); !given) return given;
+  if (gone_.size() >= kGoneEvents) {
+    const Status dropped = transaction.run("DELETE FROM gone WHERE id = ?", gone_.front().id);
+    if (!dropped) return dropped;
+  }
+  return transaction.run("INSERT INTO gone VALUES (?, ?)", event.id, event_text(event));
 }
 
 void Store::keep(StoredJob& job, Event event) {
@@ -325,14 +347,26 @@ std::vector<JobRecord> Store::jobs() const {
   return records;
 }
 
-Status Store::remove_job(const std::string& id) {
+Result<Event> Store::remove_job(const std::string& id) {
   const std::lock_guard lock(writing_);
-  const Status written =
-      database_.write([&](Transaction& t) { return t.run("DELETE FROM jobs WHERE id = ?", id); });
-  if (!written) return written;
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return no_job(id);
+  Event event;
+  static_cast<JobNumbers&>(event) = found->second.record;
+  event.kind = EventKind::gone;
+  event.time = std::chrono::system_clock::now();
+  event.job = id;
+  const Status written = database_.write([&](Transaction& transaction) {
+    const Status done = transaction.run("DELETE FROM jobs WHERE id = ?", id);
+    return done ? insert_gone(transaction, event) : done;
+  });
+  if (!written) return written.error();
   const std::unique_lock copy(copy_);
-  jobs_.erase(id);
-  return Done{};
+  jobs_.erase(found);
+  note_given(event.id);
+  gone_.push_back(event);
+  if (gone_.size() > kGoneEvents) gone_.pop_front();
+  return event;
 }
 
 std::vector<Event> Store::events_after(std::uint64_t after, const std::string& job) const {
@@ -343,6 +377,9 @@ std::vector<Event> Store::events_after(std::uint64_t after, const std::string& j
                                         [](std::uint64_t id, const Event& event) { return id < event.id; });
     events.insert(events.end(), first, stored.events.end());
   };
+  for (const Event& event : gone_) {
+    if (event.id > after && (job.empty() || event.job == job)) events.push_back(event);
+  }
   if (!job.empty()) {
     const auto found = jobs_.find(job);
     if (found != jobs_.end()) collect(found->second);
@@ -351,6 +388,11 @@ std::vector<Event> Store::events_after(std::uint64_t after, const std::string& j
   for (const auto& [id, stored] : jobs_) collect(stored);
   std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.id < b.id; });
   return events;
+}
+
+bool Store::is_gone(const std::string& job) const {
+  const std::shared_lock copy(copy_);
+  return std::any_of(gone_.begin(), gone_.end(), [&job](const Event& event) { return event.job == job; });
 }
 
 std::uint64_t Store::newest_event() const {

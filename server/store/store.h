@@ -54,12 +54,15 @@ class Store {
   std::optional<JobRecord> job(const std::string& id) const;
   /// Newest first.
   std::vector<JobRecord> jobs() const;
-  /// Removes a job with its events and whatever rows refer to it.
-  Status remove_job(const std::string& id);
+  /// Removes a job with its events and whatever rows refer to it. Returns the event that says so. Errors: not_found;
+  /// those of the disk.
+  Result<Event> remove_job(const std::string& id);
 
   /// Events with an id above `after`, ascending, of one job or (empty) of all: of each job its state events (the
-  /// newest few hundred), its newest progress and its newest frame event.
+  /// newest few hundred), its newest progress and its newest frame event; of the newest thousand that are gone, that.
   std::vector<Event> events_after(std::uint64_t after, const std::string& job) const;
+  /// Whether it is one of these that are gone.
+  bool is_gone(const std::string& job) const;
   /// The id of the newest event; those of an earlier life of the service are lower.
   std::uint64_t newest_event() const;
 
@@ -73,10 +76,13 @@ class Store {
   Status load();
   Status load_scenes(Transaction& transaction);
   Status load_jobs(Transaction& transaction);
+  Status load_gone(Transaction& transaction);
   Status forget_samples();
   template <class Bytes>
   Result<Bytes> read_scene(const Digest& id, Result<Bytes> (Blobs::*read)(const Digest&));
+  Status give_id(Transaction& transaction, Event& event) const;
   Status insert_event(Transaction& transaction, Event& event, const StoredJob* job);
+  Status insert_gone(Transaction& transaction, Event& event) const;
   void note_given(std::uint64_t event);
   static void keep(StoredJob& job, Event event);
 
@@ -86,6 +92,7 @@ class Store {
   mutable std::shared_mutex copy_;    ///< held while the copy below is looked at or changed
   std::map<Digest, SceneRecord> scenes_;
   std::map<std::string, StoredJob> jobs_;
+  std::deque<Event> gone_;            ///< of jobs that are gone, ascending
   std::uint64_t next_arrival_ = 1;
   std::uint64_t last_sequence_ = 0;
   std::uint64_t last_event_ = 0;      ///< given

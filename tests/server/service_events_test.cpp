@@ -97,6 +97,51 @@ TEST_F(ServiceTest, TheStreamOfAllTellsOfNewJobsOfSomeOnlyOfThem) {
   EXPECT_EQ(get(port_, "/v1/events?job=none").status, 404);
 }
 
+TEST_F(ServiceTest, StreamsSayOfAJobThatItIsGone) {
+  const std::string scene = upload();
+  const std::string id = submit(scene, R"("method":"path","stop":{"passes":1})");
+  const std::string stays = submit(scene, R"("method":"path","stop":{"passes":1})");
+  wait_for_end(id);
+  wait_for_end(stays);
+  Connection all(port_), some(port_), other(port_);
+  all.send(stream_head("/v1/events"));
+  some.send(stream_head("/v1/events?job=" + id + "&job=" + stays));
+  other.send(stream_head("/v1/events?job=" + stays));
+  all.read_until("retry", 5s);
+  const auto before = parse_events(get(port_, "/v1/jobs/" + id + "/events").body).back();
+  ASSERT_EQ(request(port_, "DELETE", "/v1/jobs/" + id).status, 204);
+  const std::string gone = "event: gone\ndata: {\"job\":\"" + id;
+  EXPECT_NE(all.read_until(gone, 5s).find(gone), std::string::npos);
+  EXPECT_NE(some.read_until(gone, 5s).find(gone), std::string::npos);
+  EXPECT_EQ(other.read_until("event: gone", 300ms).find("event: gone"), std::string::npos);
+  EXPECT_EQ(get(port_, "/v1/jobs/" + id + "/events").status, 404);
+  restart();
+  for (const std::string& jobs : {std::string(), "?job=" + id + "&job=" + stays}) {
+    Connection late(port_);
+    late.send("GET /v1/events" + jobs + " HTTP/1.1\r\nHost: localhost\r\nLast-Event-ID: " + std::to_string(before.id) +
+              "\r\n\r\n");
+    EXPECT_NE(late.read_until(gone, 5s).find(gone), std::string::npos) << "whoever was away hears of it, too";
+  }
+}
+
+TEST_F(ServiceTest, StreamsSayOfTheOldestJobThatItIsGone) {
+  ServiceOptions options;
+  options.max_kept_jobs = 1;
+  start(options);
+  const std::string scene = upload();
+  Connection all(port_);
+  all.send(stream_head("/v1/events"));
+  all.read_until("retry", 5s);
+  std::string first;
+  for (int i = 0; i < 3; ++i) {
+    const std::string id = submit(scene, R"("method":"path","stop":{"passes":1})");
+    wait_for_end(id);
+    if (i == 0) first = id;
+  }
+  const std::string gone = "event: gone\ndata: {\"job\":\"" + first;
+  EXPECT_NE(all.read_until(gone, 5s).find(gone), std::string::npos);
+}
+
 TEST_F(ServiceTest, EightOpenStreamsDoNotKeepOthersFromBeingServed) {
   const std::string id =
       submit(upload(), R"("method":"path","film":{"width":300,"height":300},"stop":{"seconds":60})");

@@ -155,6 +155,40 @@ TEST_F(StoreTest, EventIdsAscendForEver) {
   }
 }
 
+TEST_F(StoreTest, WhatIsGoneIsTold) {
+  const JobRecord job = add("a");
+  add("b");
+  const std::uint64_t before = store().newest_event();
+  ASSERT_TRUE(store().remove_job("a").ok());
+  EXPECT_FALSE(store().remove_job("a").ok());
+  for (int life = 0; life < 2; ++life) {
+    for (const char* of : {"", "a"}) {
+      const auto events = store().events_after(before, of);
+      ASSERT_EQ(events.size(), 1u) << of;
+      EXPECT_EQ(events[0].kind, EventKind::gone);
+      EXPECT_EQ(events[0].job, "a");
+      EXPECT_EQ(events[0].version, job.version);
+    }
+    EXPECT_TRUE(store().events_after(before, "b").empty());
+    EXPECT_TRUE(store().is_gone("a"));
+    EXPECT_FALSE(store().is_gone("b"));
+    stored_.open();
+  }
+}
+
+TEST_F(StoreTest, OfWhatIsGoneTheNewestThousandAreKept) {
+  for (int i = 0; i < 1030; ++i) {
+    add(std::to_string(i));
+    ASSERT_TRUE(store().remove_job(std::to_string(i)).ok());
+  }
+  for (int life = 0; life < 2; ++life) {
+    EXPECT_EQ(store().events_after(0, "").size(), 1024u);
+    EXPECT_FALSE(store().is_gone("5"));
+    EXPECT_TRUE(store().is_gone("6"));
+    stored_.open();
+  }
+}
+
 TEST_F(StoreTest, SequenceNumbersAreNotGivenTwice) {
   const JobRecord first = add("a"), second = add("b");
   EXPECT_TRUE(store().remove_job("b").ok());
