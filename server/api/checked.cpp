@@ -15,10 +15,16 @@ bool waits(const Request& request) {
   return wait != nullptr && *wait != 0;
 }
 
-/// The response, keeping `place` until its body has ended.
-Response held(Response response, const std::shared_ptr<void>& place) {
+/// Asks again what the caller was asked at first: a key may be revoked meanwhile, and the first one made.
+using Refusal = std::function<std::optional<Response>()>;
+
+/// The response, keeping `place`, until its body has ended or the caller is refused.
+Response held(Response response, const std::shared_ptr<void>& place, const Refusal& refused) {
   if (auto* pieces = std::get_if<Pieces>(&response.body)) {
-    response.body = Pieces([next = std::move(*pieces), place] { return next(); });
+    response.body = Pieces([next = std::move(*pieces), place, refused] {
+      std::optional<std::string> piece = next();
+      return refused() ? std::nullopt : piece;
+    });
   }
   return response;
 }
@@ -32,13 +38,19 @@ Admission admission(const Keyring& keys, const Operation& operation) {
   };
 }
 
-Handler checked(const Operation& operation, OpenStreams& open, bool streams, Handler handler) {
-  return [&operation, &open, streams, handler = std::move(handler)](Request& request) {
+Handler checked(const Keyring& keys, const Operation& operation, OpenStreams& open, bool streams, Handler handler) {
+  return [&keys, &operation, &open, streams, handler = std::move(handler)](Request& request) {
     if (auto wrong = check_body(operation, request)) return std::move(*wrong);
     if (!streams && !waits(request)) return handler(request);
     const std::shared_ptr<void> place = open.take(request.caller);
     if (!place) return problem(429, "limit_exceeded", "this key has too many streams and long polls open");
-    return held(handler(request), place);
+    const Refusal refused = [&keys, &operation, asked = request]() mutable {
+      return authorize(keys, operation, asked);
+    };
+    request.is_over = [gone = std::move(request.is_over), refused] { return gone() || refused(); };
+    Response response = handler(request);
+    if (auto refusal = refused()) return std::move(*refusal);
+    return held(std::move(response), place, refused);
   };
 }
 

@@ -43,7 +43,8 @@ struct Request {
   std::shared_ptr<const nlohmann::ordered_json> parameters;  ///< of path, query and headers, checked: see query.h
   std::shared_ptr<const nlohmann::ordered_json> json;        ///< a JSON body, checked
   std::stop_token stop;  ///< triggered when the server shuts down
-  std::function<bool()> peer_gone = [] { return false; };  ///< whether the client has closed its end
+  /// Whether nobody waits for the answer any more: the client has closed its end, or may not have it by now.
+  std::function<bool()> is_over = [] { return false; };
 
   /// The value of a header, named in lower case; empty where it is absent. Of a repeated one the first.
   std::string header(const std::string& name) const {

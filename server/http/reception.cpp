@@ -143,7 +143,7 @@ Response Reception::run(const Route& route, Request request, Arrival& arrival, c
   request.content_type = bare(head.field("content-type"));
   request.headers = head.fields;
   request.peer = arrival.peer;
-  request.peer_gone = [&arrival] { return arrival.socket.peer_gone(); };
+  request.is_over = [&arrival] { return arrival.socket.peer_gone(); };
   if (auto refusal = route.admit(request)) return std::move(*refusal);
   if (auto refusal = take_body(route, arrival, head, request.stop, request.body)) return std::move(*refusal);
   return route.handler(request);

@@ -84,9 +84,8 @@ Route make_route(Api& api, Line line, const Operation& operation) {
   Route route{line.method, line.pattern, {}, {}, {}, line.max_body_bytes, line.seat};
   for (const auto& [type, schema] : operation.body) route.body_types.push_back(type);
   route.admit = admission(api.keys(), operation);
-  route.handler = checked(operation, api.streams(), line.seat == Seat::stream, [&api, call = std::move(line.call)](Request& request) {
-    return call(api, request);
-  });
+  const auto call = [&api, call = std::move(line.call)](Request& request) { return call(api, request); };
+  route.handler = checked(api.keys(), operation, api.streams(), line.seat == Seat::stream, call);
   return route;
 }
 

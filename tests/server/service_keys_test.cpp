@@ -77,6 +77,36 @@ TEST_F(ServiceKeysTest, ARevokedKeyIsRefusedAtOnceAndNothingOpensAgain) {
   EXPECT_EQ(get(port_, "/v1/jobs", with(key)).status, 503);
 }
 
+TEST_F(ServiceKeysTest, StreamsEndWithTheirKey) {
+  const std::string id = submit(upload(), R"("method":"path","stop":{"seconds":600})");
+  Connection before(port_);  // opened while nobody needed a key
+  before.send("GET /v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  before.read_until("retry", std::chrono::seconds(5));
+  const NewKey key = make(Scope::read), other = make(Scope::read);
+  before.read_all(std::chrono::seconds(3));
+  EXPECT_TRUE(before.closed());
+  const auto ask = [&](Connection& connection, const std::string& target, const NewKey& by) {
+    connection.send("GET " + target + " HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer " + by.secret +
+                    "\r\n\r\n");
+  };
+  Connection events(port_), pictures(port_), poll(port_), stays(port_);
+  ask(events, "/v1/events", key);
+  ask(pictures, "/v1/jobs/" + id + "/stream.mjpg", key);
+  ask(poll, "/v1/jobs/" + id + "/frames/latest.png?wait=20&after=1000000", key);
+  ask(stays, "/v1/events", other);
+  events.read_until("retry", std::chrono::seconds(5));
+  pictures.read_until("image/jpeg", std::chrono::seconds(5));
+  stays.read_until("retry", std::chrono::seconds(5));
+  ASSERT_TRUE(file().revoke(key.record.id).ok());
+  for (Connection* connection : {&events, &pictures, &poll}) {
+    connection->read_all(std::chrono::seconds(3));
+    EXPECT_TRUE(connection->closed());
+  }
+  EXPECT_EQ(parse_reply(poll.read_all()).status, 401);
+  EXPECT_FALSE(stays.closed());
+  EXPECT_EQ(request(port_, "GET", "/v1/jobs", "", "", with(other)).status, 200);
+}
+
 TEST_F(ServiceKeysTest, ScopesLimitWhatAKeyMayDo) {
   const NewKey reader = make(Scope::read);
   const NewKey submitter = make(Scope::submit);
