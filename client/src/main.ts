@@ -11,7 +11,7 @@ import { kStateNames, job_title, label_of } from './names';
 import { WireError } from './parse';
 import type { SseMessage } from './sse';
 import {
-  find_job, kInitialState, reduce, watched_job, watched_placement, type Action, type State,
+  find_job, kInitialState, reduce, watched_job, watched_placement, type Absence, type Action, type State,
 } from './state';
 import { Steering } from './steering';
 import { is_environment, kEnvironments, kScenes, upload } from './uploads';
@@ -40,7 +40,7 @@ const steering = new Steering({
   pause: (id) => api.act(id, 'pause'),
   remove: (id) => api.remove(id),
   succeed: (job, stays) => succeed(job, stays),
-  forget: (id) => dispatch({ type: 'job_gone', job: id }),
+  forget: (id) => forget(id, 'deleted'),
   fail: (failure) => dispatch({ type: 'notice', text: describe(failure) }),
 });
 const end_drag = follow_gestures(
@@ -216,6 +216,13 @@ async function load_watched(id: string): Promise<void> {
   if (series.ok) dispatch({ type: 'series', job: id, points: series.value });
 }
 
+/** The job is no more, or is not to be seen any more. */
+function forget(id: string, why: Absence): void {
+  dispatch({ type: 'job_gone', job: id, why });
+  if (id === state.watched) frames.watch(null);
+  steering.arrived(id);
+}
+
 /** Fetches a job and its newest picture. */
 async function load_job(id: string): Promise<void> {
   const answer = await api.job(id);
@@ -225,7 +232,7 @@ async function load_job(id: string): Promise<void> {
     announce_frame(id, answer.value);
     if (id === state.watched && typeof answer.value.spec.camera !== 'object') await load_report(answer.value.scene);
   } else if (answer.failure.kind === 'problem' && answer.failure.status === 404) {
-    dispatch({ type: 'job_gone', job: id });
+    forget(id, 'unknown');
   } else {
     note_failure(answer.failure);
   }
@@ -246,9 +253,11 @@ function follow_events(): void {
 }
 
 function take_message(message: SseMessage): void {
-  if (!['state', 'progress', 'frame'].includes(message.event)) return;
+  if (!['state', 'progress', 'frame', 'gone'].includes(message.event)) return;
   try {
-    take_event(parse_event(JSON.parse(message.data), ''));
+    const event = parse_event(JSON.parse(message.data), '');
+    if (message.event === 'gone') forget(event.job, 'deleted');
+    else take_event(event);
   } catch (error) {
     if (!(error instanceof SyntaxError || error instanceof WireError)) throw error;
     dispatch({ type: 'notice', text: `An event of the server is not understood: ${error.message}.` });

@@ -5,6 +5,9 @@ import {
   type SeriesPoint,
 } from './wire';
 
+/** A job was deleted, as an event told; or is not known to the server, as an answer said. */
+export type Absence = 'deleted' | 'unknown';
+
 /** Everything the page shows, apart from the pixels of the picture and what is typed into the form. */
 export interface State {
   /** Whether the event stream is open. */
@@ -28,8 +31,10 @@ export interface State {
   view: View;
   /** It took the place of another by steering: that one's picture is shown until it has one. */
   steered: boolean;
-  /** The watched job is not known to the server. */
-  watched_missing: boolean;
+  /** Why there is no watched job. */
+  missing: Absence | null;
+  /** Ids of jobs that went lately: an answer that was on its way may still tell of them. */
+  gone: string[];
   /** Error against time of the watched job, by ascending seconds. */
   series: SeriesPoint[];
   /** A sentence about the last thing that went wrong; null: nothing did. */
@@ -39,7 +44,7 @@ export interface State {
 export const kInitialState: State = {
   server: 'connecting', info: null, scenes: [], scene: null, environments: [], environment: null,
   reports: {}, jobs: [], older: null,
-  watched: null, view: 'picture', steered: false, watched_missing: false, series: [], notice: null,
+  watched: null, view: 'picture', steered: false, missing: null, gone: [], series: [], notice: null,
 };
 
 export type Action =
@@ -59,7 +64,7 @@ export type Action =
   | { type: 'event'; event: JobEvent }
   | { type: 'watch'; job: string | null; steered?: boolean }
   | { type: 'view'; view: View }
-  | { type: 'job_gone'; job: string }
+  | { type: 'job_gone'; job: string; why: Absence }
   | { type: 'notice'; text: string | null };
 
 /** The state after `action`. What is older than what is known never replaces it. */
@@ -81,14 +86,14 @@ export function reduce(state: State, action: Action): State {
     case 'event': return with_event(state, action.event);
     case 'watch': return with_watch(state, action.job, action.steered ?? false);
     case 'view': return { ...state, view: action.view };
-    case 'job_gone': return without_job(state, action.job);
+    case 'job_gone': return without_job(state, action.job, action.why);
     case 'notice': return { ...state, notice: action.text };
   }
 }
 
 /** Whenever the server is there (again) everything is fetched anew, and what goes wrong then is said anew. */
 function with_server(state: State, server: State['server']): State {
-  return { ...state, server, notice: server === 'online' ? null : state.notice };
+  return server === 'online' ? { ...state, server, gone: [], notice: null } : { ...state, server };
 }
 
 export function watched_job(state: State): Job | null {
@@ -170,12 +175,14 @@ function with_older_jobs(state: State, { jobs, next_cursor }: JobPage): State {
 }
 
 function with_job(state: State, job: Job): State {
-  const missing = state.watched_missing && job.id !== state.watched;
-  return { ...state, jobs: by_age([...known_or_newer(state, [job]), ...state.jobs]), watched_missing: missing };
+  const there = known_or_newer(state, [job]);
+  const missing = there.some(({ id }) => id === state.watched) ? null : state.missing;
+  return { ...state, jobs: by_age([...there, ...state.jobs]), missing };
 }
 
+/** Without those that are gone. */
 function known_or_newer(state: State, jobs: Job[]): Job[] {
-  return jobs.map((job) => newest(job, find_job(state, job.id)));
+  return jobs.filter(({ id }) => !state.gone.includes(id)).map((job) => newest(job, find_job(state, job.id)));
 }
 
 /** Newest first; of two of the same id the one that comes first. */
@@ -185,9 +192,12 @@ function by_age(jobs: Job[]): Job[] {
   return [...first.values()].sort((a, b) => (a.created_at < b.created_at ? 1 : a.created_at > b.created_at ? -1 : 0));
 }
 
-function without_job(state: State, id: string): State {
-  const jobs = state.jobs.filter((job) => job.id !== id);
-  return { ...state, jobs, watched_missing: state.watched_missing || id === state.watched };
+const kGone = 256; // of these are remembered: more than go while an answer is on its way
+
+function without_job(state: State, id: string, why: Absence): State {
+  const missing = id === state.watched ? state.missing ?? why : state.missing;
+  const gone = [...state.gone.filter((other) => other !== id), id].slice(-kGone);
+  return { ...state, jobs: state.jobs.filter((job) => job.id !== id), missing, gone };
 }
 
 function newest(candidate: Job, known: Job | null): Job {
@@ -225,5 +235,5 @@ function thinned(points: SeriesPoint[]): SeriesPoint[] {
 function with_watch(state: State, job: string | null, steered: boolean): State {
   if (job === state.watched) return state;
   const view = steered ? 'picture' : state.view; // errors come later, and say nothing of the way
-  return { ...state, watched: job, view, steered, watched_missing: false, series: [], notice: null };
+  return { ...state, watched: job, view, steered, missing: null, series: [], notice: null };
 }

@@ -1,8 +1,13 @@
 import type { FramePicture } from './api';
 import { by_id, set_text } from './dom';
 import { same, type FrameKey, type View } from './frames';
-import { watched_job, watched_placement, type State } from './state';
+import { watched_job, watched_placement, type Absence, type State } from './state';
 import { is_terminal, type Job } from './wire';
+
+const kMissing: Record<Absence, string> = {
+  deleted: 'This job has been deleted.',
+  unknown: 'The server does not know this job (any more).',
+};
 
 /** The stage with the picture of the watched job or with its error, and what chooses between them. */
 export class Viewer {
@@ -27,8 +32,7 @@ export class Viewer {
     if (!this.shows(state, job)) this.drawn = null;
     this.canvas.hidden = this.drawn === null;
     this.placeholder.hidden = this.drawn !== null;
-    const missing = 'The server does not know this job (any more).';
-    set_text(this.placeholder, state.watched_missing ? missing : waiting_for(job, state.view));
+    set_text(this.placeholder, state.missing ? kMissing[state.missing] : waiting_for(job, state.view));
     this.legend.hidden = this.drawn?.view !== 'error';
     set_text(this.legend, legend_of(job));
     this.steerable = watched_placement(state) !== null;

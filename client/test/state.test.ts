@@ -85,11 +85,22 @@ describe('jobs', () => {
     expect(watched_job(after(watching, { type: 'event', event }))).toMatchObject({ state: 'canceled', eta_seconds: null });
   });
 
-  it('forgets a job that the server does not know', () => {
-    const state = after(watching, { type: 'job_gone', job: 'j-1' });
-    expect(state).toMatchObject({ jobs: [], watched_missing: true });
-    expect(after(state, { type: 'watch', job: 'j-2' }).watched_missing).toBe(false);
-    expect(after(watching, { type: 'job_gone', job: 'j-7' }).watched_missing).toBe(false);
+  it('forgets a job that is gone', () => {
+    const gone = after(watching, { type: 'job_gone', job: 'j-1', why: 'deleted' });
+    expect(gone).toMatchObject({ jobs: [], missing: 'deleted' });
+    expect(after(gone, { type: 'job_gone', job: 'j-1', why: 'unknown' }).missing).toBe('deleted');
+    expect(after(gone, { type: 'watch', job: 'j-2' }).missing).toBeNull();
+    expect(after(watching, { type: 'job_gone', job: 'j-7', why: 'unknown' }).missing).toBeNull();
+  });
+
+  it('is not told of a job that is gone by an answer that was on its way', () => {
+    const gone = after(watching, { type: 'job_gone', job: 'j-1', why: 'deleted' });
+    const late = after(gone, { type: 'job', job: a_job() },
+      { type: 'jobs', page: { jobs: [a_job()], next_cursor: null } },
+      { type: 'older_jobs', page: { jobs: [a_job()], next_cursor: null } }, { type: 'event', event: an_event() });
+    expect(late).toMatchObject({ jobs: [], missing: 'deleted' });
+    const anew = after(gone, { type: 'server', server: 'online' }, { type: 'job', job: a_job() });
+    expect(anew).toMatchObject({ jobs: [{ id: 'j-1' }], missing: null });
   });
 });
 

@@ -271,14 +271,16 @@ describe('what goes wrong', () => {
     await page.getByText('The server does not know this job').waitFor();
   });
 
-  it('is said of a job that was deleted meanwhile', async () => {
-    expect_errors(/status of 404/);
+  it('is said of a job that somebody deletes', async () => {
+    expect_errors(/status of 404/); // of what was under way
     const job = await start_job(page, { width: 32, height: 32, passes: 2 });
     await wait_for_state(page, 'succeeded');
+    await page.locator(`#jobs a[href="#job=${job}"]`).waitFor();
     await fetch(`${photond.url}v1/jobs/${job}`, { method: 'DELETE' });
-    await page.click('#extend');
-    await page.getByText('The server does not know this job').waitFor();
+    await page.getByText('This job has been deleted.').waitFor();
     expect(await page.locator('#job').isVisible()).toBe(false);
+    expect(await page.locator(`#jobs a[href="#job=${job}"]`).count()).toBe(0);
+    await page.screenshot({ path: join(kPictures, 'deleted.png'), fullPage: true });
   });
 
   it('is said of a job that cannot go on', async () => {

@@ -1,8 +1,8 @@
 import { join } from 'node:path';
 import { describe, expect, it } from 'vitest';
-import { shown_where, start_job, wait_for_state } from './support/page';
+import { open_page, shown_where, start_job, wait_for_state } from './support/page';
 import { jobs_of, kPictures } from './support/photond';
-import { expect_errors, page, photond, use_page } from './support/session';
+import { context, expect_errors, page, photond, use_page } from './support/session';
 
 use_page();
 
@@ -137,6 +137,23 @@ describe('steering', () => {
     await nothing_between(first, watched());
     await page.goBack();
     expect(watched()).toBe(first);
+  });
+
+  it('leaves no jobs in the list of another page either', async () => {
+    expect_errors(/status of 409/); // of what has ended before it was canceled
+    const first = await start_job(page, { width: 48, height: 32, passes: 1 });
+    await shown_where(page, ({ job }) => job === first);
+    const { page: other } = await open_page(context, photond.url);
+    const rows = other.locator('#jobs a');
+    const listed = () => rows.evaluateAll((links) => links.map((link) => link.getAttribute('href')));
+    await expect.poll(listed).toContain(`#job=${first}`);
+    await page.bringToFront();
+    for (let way = 0; way < 3; ++way) await drag(0.25, 0, 16);
+    await page.waitForTimeout(500);
+    await nothing_between(first, watched());
+    const there = (await jobs_of(photond)).map(({ id }) => `#job=${id}`);
+    await expect.poll(listed, { timeout: 5_000 }).toEqual(there.slice(0, 50));
+    await other.close();
   });
 
   it('leads nobody back who looks at something else during a drag', async () => {
