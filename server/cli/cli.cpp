@@ -205,7 +205,8 @@ CLI::App* add_serve(CLI::App& app, ServiceOptions& options, LogLevel& log_level)
   serve->add_option("--host", options.host, "Address to listen on")->capture_default_str();
   add_count(*serve, "--port", options.port, {0, 65'535}, "Port to listen on; 0: any free one");
   serve->add_option("--cors-origin", options.cors_origins,
-                    "Another site whose pages may use this service, as https://example.org; repeatable (default: none)");
+                    "Another site whose pages may use this service, as https://example.org; their pictures from here "
+                    "need <img crossorigin>; repeatable (default: none)");
   serve->add_flag("--insecure", options.insecure, "Serve an address that others can reach though no keys exist");
   options.data_dir = default_data_directory();
   serve->add_option("--data", options.data_dir,
