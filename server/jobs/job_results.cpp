@@ -32,7 +32,10 @@ Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision,
     if (kept || kept.error().code != ErrorCode::not_found) return kept;
   }
   const Result<Blob> exr = files_.frame(id, revision, FrameFormat::exr);
-  return exr ? picture_from_exr(**exr, layer, format) : running;
+  if (!exr) return running;
+  Result<Frames::Bytes> picture = picture_from_exr(**exr, layer, format);
+  if (picture || picture.error().code != ErrorCode::not_found) return picture;
+  return Error{ErrorCode::not_found, "revision " + std::to_string(revision) + " was kept without its error", ""};
 }
 
 Result<FileBytes> Jobs::frame_file(const std::string& id, std::uint32_t revision, FrameFormat format) const {

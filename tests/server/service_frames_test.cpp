@@ -133,6 +133,9 @@ TEST_F(CanceledPictureTest, IsThereInEveryFormatWhereSomebodyHas) {
   }
   const Reply png = get(port_, latest + "png");
   EXPECT_EQ(png.body.substr(1, 3), "PNG");
+  const Reply error = get(port_, latest + "png?layer=error.noise");
+  EXPECT_EQ(error.status, 404);
+  EXPECT_NE(error.body.find("was kept without its error"), std::string::npos) << error.body;
   EXPECT_EQ(get(port_, latest + "png").body, png.body) << "a revision's bytes never change";
   EXPECT_EQ(pixels(get(port_, latest + "exr").body).size(), 320u * 240u);
 }
