@@ -10,15 +10,19 @@ Error no_job(const std::string& id) { return {ErrorCode::not_found, "there is no
 }  // namespace
 
 Result<Jobs::CheckpointFile> Jobs::checkpoint(const std::string& id) const {
-  if (!find(id)) return no_job(id);
+  const auto job = store_.job(id);
+  if (!job) return no_job(id);
   const auto checkpoints = files_.checkpoints(id);
   if (!checkpoints) return checkpoints.error();
+  const bool done = job->state == JobState::succeeded;
   for (const JobFiles::Checkpoint& checkpoint : *checkpoints) {
+    if (done && checkpoint.passes != job->passes) continue;
     Result<FileBytes> bytes = files_.open(checkpoint);
     if (bytes) return CheckpointFile{checkpoint, std::move(*bytes)};
     if (bytes.error().code != ErrorCode::not_found) return bytes.error();  // else damaged, or replaced just now
   }
-  return Error{ErrorCode::not_found, "no checkpoint of job " + id + " has been written", ""};
+  const std::string what = done ? "all passes of job " : "job ";
+  return Error{ErrorCode::not_found, "there is no checkpoint of " + what + id, ""};
 }
 
 Result<Frames::Bytes> Jobs::frame(const std::string& id, std::uint32_t revision, FrameFormat format,

@@ -126,8 +126,9 @@ class Jobs {
     JobFiles::Checkpoint about;
     FileBytes bytes;
   };
-  /// The newest checkpoint: an accumulator file, which `photond merge` takes. Errors: not_found (no such job, or none
-  /// was written: short jobs have none), io.
+  /// The newest checkpoint: an accumulator file, which `photond merge` takes; of a succeeded job that of all its
+  /// passes. Errors: not_found (no such job, or none was written: short jobs have none, nor has one that found no room
+  /// for it), io.
   Result<CheckpointFile> checkpoint(const std::string& id) const;
   /// A picture of a job: of the newest ones while it runs, its newest once it rests; of the error where it was kept.
   /// Errors: not_found, or the encoder's.

@@ -246,8 +246,9 @@ Status RunJob::finish() {
   if (const Status moved = job_->move(JobState::finalizing, numbers); !moved) return moved;
   if (const Status published = publish(true); !published) return published;
   if (const Status kept = keep_picture(execution_.stop); !kept) return kept;
-  // For `extend`, which otherwise begins anew: the bits are the same.
-  if (checkpoint_passes_ < film_.pass_count() && checkpoints_.worth_keeping(compute_seconds_)) {
+  // For `extend`, which otherwise begins anew: the bits are the same. Where there is one already, it lacks passes.
+  const bool worth_keeping = checkpoint_passes_ > 0 || checkpoints_.worth_keeping(compute_seconds_);
+  if (checkpoint_passes_ < film_.pass_count() && worth_keeping) {
     if (const Status saved = checkpoint_if_there_is_room(); !saved) return saved;
   }
   return job_->move(JobState::succeeded);

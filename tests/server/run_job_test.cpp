@@ -188,6 +188,21 @@ TEST_F(RunJobTest, IsPutAwayWheneverTheServiceEnds) {
   }
 }
 
+TEST_F(RunJobTest, WhatHasACheckpointEndsWithOneOfAllItsPasses) {
+  JobRecord record = tiny(new_record());
+  record.spec.stop = {.seconds = 0.4};
+  RunJob run(new_job(record), parts_);
+  std::thread renders;
+  {
+    const auto held = room_.hold();  // its first checkpoint, after .2 s, takes so long that no other is worth it
+    renders = std::thread([&] { while (run.step()) continue; });
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  }
+  renders.join();
+  ASSERT_EQ(run.job()->state(), JobState::succeeded);
+  EXPECT_EQ(stored_.files->checkpoints("a")->front().passes, run.job()->record().passes);
+}
+
 class TightDiskTest : public RunJobTest {
  protected:
   /// With room for so many films of the job more than there is now.
@@ -254,6 +269,20 @@ TEST_F(TightDiskTest, AJobThatDaresGoesOnWithoutACheckpointUntilThereIsRoom) {
   ASSERT_TRUE(job->move(JobState::queued).ok());
   run.dare();
   while (passes_ < before + 5) ASSERT_TRUE(run.step());
+  EXPECT_EQ(checkpoints(), std::vector<std::uint32_t>{1});
+}
+
+TEST_F(TightDiskTest, AJobThatEndsWithoutRoomForItsLastPassesEndsAllTheSame) {
+  JobRecord record = large();
+  record.spec.stop.passes = 2;
+  const auto job = new_job(record);
+  RunJob first(job, parts_);
+  pass_and_rest(first);
+  limit(.7);
+  RunJob run(job, *tight_parts_);
+  ASSERT_TRUE(job->move(JobState::queued).ok());
+  while (run.step()) continue;
+  EXPECT_EQ(job->state(), JobState::succeeded);
   EXPECT_EQ(checkpoints(), std::vector<std::uint32_t>{1});
 }
 

@@ -34,10 +34,11 @@ TEST_F(ServiceTest, ARunningJobsCheckpointIsAnAccumulator) {
 
 TEST_F(ServiceTest, ADownloadOfACheckpointGoesOnWhereItBroke) {
   const std::string id = submit(upload(), R"("method":"path","stop":{"seconds":2.5})");
-  wait_for_end(id);
+  const int passes = wait_for_end(id)["passes"];
   const std::string target = "/v1/jobs/" + id + "/checkpoint";
   const Reply whole = wait_for_checkpoint(port_, id);
   ASSERT_EQ(whole.status, 200);
+  EXPECT_EQ(whole.headers.at("photond-passes"), std::to_string(passes));
   const std::string etag = whole.headers.at("etag");
   const std::size_t half = whole.body.size() / 2;
   const Reply first = get(port_, target, {{"Range", "bytes=0-" + std::to_string(half - 1)}});
@@ -52,7 +53,7 @@ TEST_F(ServiceTest, ADownloadOfACheckpointGoesOnWhereItBroke) {
   EXPECT_EQ(get(port_, target, {{"Range", "bytes=0-1"}, {"If-Range", "\"other\""}}).body, whole.body);
   EXPECT_EQ(get(port_, target, {{"If-None-Match", etag}}).status, 304);
 
-  // merge makes of it the picture of its passes; the last ones are only in it where writing it paid.
+  // merge makes of it the picture of its passes.
   const TemporaryFolder folder;
   write_text(folder.file("job.acc"), whole.body);
   write_text(folder.file("scene.glb"), small_glb());
