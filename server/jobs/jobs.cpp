@@ -33,8 +33,14 @@ bool same(const StopRule& a, const StopRule& b) {
   return std::tie(a.passes, a.seconds, a.relative_error) == std::tie(b.passes, b.seconds, b.relative_error);
 }
 
+/// Whether a job of this rule would not have come as far. The error of its last pass counts whichever that is, and so
+/// does a smaller one on the way, by which it would have ended.
 bool has_met(const StopRule& stop, const JobRecord& job) {
-  return rule_met(stop, {job.passes, job.seconds, job.error.value_or(ErrorEstimate{})}) != nullptr;
+  if (rule_met(stop, {job.passes, job.seconds, {}}) != nullptr) return true;
+  if (!stop.relative_error) return false;
+  const bool in_the_end =
+      job.error && job.error->known && is_estimated(job.passes) && job.error->relative <= *stop.relative_error;
+  return in_the_end || (job.least_error && *job.least_error <= *stop.relative_error);
 }
 
 /// Whether this may become the job's stop rule, or is it.

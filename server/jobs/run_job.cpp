@@ -26,6 +26,7 @@ RunJob::RunJob(std::shared_ptr<Job> job, const RunParts& parts) : job_(std::move
   earlier_hits_ = record.map_hits;
   earlier_disk_hits_ = record.map_disk_hits;
   earlier_misses_ = record.map_misses;
+  least_error_ = record.least_error;
 }
 
 // --- what others may ask --------------------------------------------------------------------------------------------
@@ -125,8 +126,10 @@ Status RunJob::advance() {
   if (is_recent(job_->looked_at()) && rule_.due(film_.pass_count(), wall_seconds())) {
     if (const Status published = publish(false); !published) return published;
   }
-  if (checkpoints_.due(compute_seconds_)) return dares_ ? checkpoint_if_there_is_room() : checkpoint();
-  return wall_seconds() - told_ >= kProgressSeconds ? tell_progress() : Done{};
+  if (!checkpoints_.due(compute_seconds_)) return wall_seconds() - told_ >= kProgressSeconds ? tell_progress() : Done{};
+  // First the record: it knows the least error of all passes that are in a checkpoint.
+  if (const Status told = tell_progress(); !told) return told;
+  return dares_ ? checkpoint_if_there_is_room() : checkpoint();
 }
 
 Status RunJob::prepare() {
@@ -189,6 +192,7 @@ Status RunJob::restore() {
     checkpoints_.done(compute_seconds_, std::chrono::duration<double>(Clock::now() - begin).count());
   } else {
     earlier_hits_ = earlier_disk_hits_ = earlier_misses_ = 0;  // as the passes they were for
+    least_error_.reset();
   }
   checkpoint_passes_ = film_.pass_count();
   return Done{};
@@ -235,6 +239,8 @@ void RunJob::measure() {
   if (cancel_.stop_requested()) return;
   error_ = error;
   measured_passes_ = film_.pass_count();
+  if (error_.known && is_estimated(measured_passes_) && is_measured(measured_passes_))
+    least_error_ = std::min(error_.relative, least_error_.value_or(error_.relative));
 }
 
 bool RunJob::stop_rule_met() const { return rule_met(job_->stop_rule(), progress()) != nullptr; }
@@ -306,6 +312,7 @@ void RunJob::put_numbers(JobRecord& record) const {
   record.seconds = compute_seconds_;
   record.rejected = film_.rejected;
   if (error_.known) record.error = error_;
+  record.least_error = least_error_;
   record.map_hits = earlier_hits_ + maps_.hits();
   record.map_disk_hits = earlier_disk_hits_ + maps_.disk_hits();
   record.map_misses = earlier_misses_ + maps_.misses();

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 
@@ -133,6 +134,7 @@ class RunJob : public Slices {
   Film film_;
   ErrorEstimate error_;
   std::uint32_t measured_passes_ = 0;  ///< when `error_` was estimated
+  std::optional<double> least_error_;  ///< as that of the record
   RevisionRule rule_;
   CheckpointRule checkpoints_;
   bool checkpointed_ = false;            ///< in this life of the service

@@ -20,6 +20,9 @@ struct Progress {
 /// passes.
 bool is_measured(std::uint32_t passes);
 
+/// Whether the spread of so many passes says enough to stop by the error.
+bool is_estimated(std::uint32_t passes);
+
 /// The member of StopRule that ends the rendering now ("passes", "seconds", "relative_error"), or null.
 const char* rule_met(const StopRule& stop, const Progress& progress);
 

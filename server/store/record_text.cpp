@@ -82,6 +82,7 @@ void members(Archive& a, JobRecord& v) {
   a("id", v.id), a("sequence", v.sequence), a("spec", v.spec), a("created", v.created), a("started", v.started);
   a("finished", v.finished), a("plan", v.plan), a("first_frame_seconds", v.first_frame_seconds);
   a("failure", v.failure), a("pause_reason", v.pause_reason), a("crashes", v.crashes), a("owner", v.owner);
+  a("least_error", v.least_error);
 }
 
 template <class Archive>

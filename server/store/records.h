@@ -122,6 +122,7 @@ struct JobRecord : JobNumbers {
   std::optional<WallTime> started;
   std::optional<WallTime> finished;
   std::optional<Plan> plan;
+  std::optional<double> least_error;          ///< relative, of those by which it might have ended
   std::optional<double> first_frame_seconds;  ///< from leaving the queue to revision 1, wall clock
   std::optional<Error> failure;               ///< of a failed job
   PauseReason pause_reason = PauseReason::none;

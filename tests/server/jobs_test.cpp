@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <optional>
 #include <thread>
 
 #include "tests/server/small_scene.h"
@@ -32,6 +33,15 @@ class JobsTest : public ::testing::Test {
     limits.threads = 1;
     limits.disk = {64 << 20, 0};
     return limits;
+  }
+  /// A job of so many passes, once it has ended.
+  JobRecord ended(std::uint32_t passes, std::uint64_t seed = 0) {
+    JobSpec spec = endless_;
+    spec.stop = {.passes = passes};
+    spec.settings.seed = seed;
+    const std::string id = jobs_.submit(spec, {}, {})->id;
+    while (jobs_.job(id)->state() != JobState::succeeded) std::this_thread::sleep_for(1ms);
+    return jobs_.job(id)->record();
   }
   bool has_scene() { return stored_.store->scene(endless_.scene).has_value(); }
 
@@ -101,6 +111,51 @@ TEST_F(JobsTest, OfTwoExtensionsAtOnceOneIsRefused) {
     EXPECT_EQ(extended, 1);
     ASSERT_TRUE(jobs_.cancel(id).ok());
   }
+}
+
+TEST_F(JobsTest, AnExtensionToAnErrorThatWasReachedIsRefused) {
+  for (const std::uint32_t passes : {8u, 17u, 23u}) {
+    const JobRecord job = ended(passes);
+    const auto extended = jobs_.extend(job.id, {.relative_error = job.error->relative * 1.01}, {});
+    ASSERT_FALSE(extended.ok()) << passes;
+    EXPECT_EQ(extended.error().code, ErrorCode::invalid_input);
+    EXPECT_EQ(extended.error().where, "/stop");
+  }
+  const JobRecord young = ended(7);
+  ASSERT_TRUE(jobs_.extend(young.id, {.relative_error = 1e6}, {}).ok()) << "so few passes say too little";
+  while (jobs_.job(young.id)->state() != JobState::succeeded) std::this_thread::sleep_for(1ms);
+  EXPECT_EQ(jobs_.job(young.id)->record().passes, 8u);
+}
+
+TEST_F(JobsTest, AnErrorThatWasReachedOnTheWayCountsToo) {
+  std::optional<double> reached;
+  JobRecord job;
+  for (std::uint64_t seed = 0; seed < 50 && !reached; ++seed) {
+    const double before = ended(8, seed).error->relative;
+    job = ended(9, seed);
+    if (job.error->relative > 1.001 * before) reached = before;
+  }
+  ASSERT_TRUE(reached) << "noise makes the estimate grow now and then";
+  const auto extended = jobs_.extend(job.id, {.relative_error = (*reached + job.error->relative) / 2}, {});
+  ASSERT_FALSE(extended.ok()) << "a job with this rule from the start has 8 passes";
+  EXPECT_EQ(extended.error().where, "/stop");
+  EXPECT_TRUE(jobs_.extend(job.id, {.relative_error = *reached / 2}, {}).ok());
+}
+
+TEST_F(JobsTest, OfASucceededJobOnlyTheCheckpointOfAllItsPassesIsServed) {
+  const JobRecord job = ended(3);
+  const auto put = [&](std::uint32_t passes) {
+    return stored_.files->put_checkpoint(job.id, passes, 1, [](const Blobs::Sink& sink) {
+      return sink(std::as_bytes(std::span("sum", 3)));
+    });
+  };
+  ASSERT_TRUE(put(2).ok());
+  const auto none = jobs_.checkpoint(job.id);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().code, ErrorCode::not_found);
+  ASSERT_TRUE(put(3).ok());
+  ASSERT_TRUE(jobs_.checkpoint(job.id).ok());
+  EXPECT_EQ(jobs_.checkpoint(job.id)->about.passes, 3u);
 }
 
 }  // namespace

@@ -43,6 +43,7 @@ JobRecord full_record() {
   job.map_hits = 6;
   job.map_misses = 7;
   job.revision = 8;
+  job.least_error = 0.15;
   job.first_frame_seconds = 0.25;
   job.failure = Error{ErrorCode::io, "message", "/where"};
   job.pause_reason = PauseReason::disk_full;
