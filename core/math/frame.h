@@ -22,6 +22,15 @@ struct Frame {
     t = {b, sign + n.y * n.y * a, -n.y};
   }
 
+  /// The basis around the unit vector `normal` whose `s` lies in the plane of it and `direction`, unless those are parallel.
+  Frame(const Vec3& normal, const Vec3& direction) : Frame(normal) {
+    const Vec3 slanted = direction - n * glm::dot(n, direction);
+    const float length = glm::length(slanted);
+    if (!(length > 0)) return;
+    s = slanted / length;
+    t = glm::cross(n, s);
+  }
+
   Vec3 to_local(const Vec3& w) const { return {glm::dot(w, s), glm::dot(w, t), glm::dot(w, n)}; }
   Vec3 to_world(const Vec3& w) const { return w.x * s + w.y * t + w.z * n; }
 };

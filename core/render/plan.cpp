@@ -16,6 +16,7 @@ struct Features {
   std::string caster;           // name of the first material that bundles light, with the reason
   bool absorption = false;
   bool alpha = false;
+  bool anisotropy = false;
   bool clearcoat = false;
   std::string dispersing;      // name of the first material that disperses
   bool sheen = false;
@@ -57,6 +58,7 @@ void note_material(const Scene& scene, const Material& m, Features& features) {
   if (features.caster.empty()) features.caster = casting(scene, m);
   features.absorption = features.absorption || Medium::absorbs(m);
   features.alpha = features.alpha || m.alpha_mode != AlphaMode::opaque;
+  features.anisotropy = features.anisotropy || m.anisotropy > 0;
   features.clearcoat = features.clearcoat || m.clearcoat > 0;
   if (features.dispersing.empty() && disperses(m)) features.dispersing = label(m);
   features.sheen = features.sheen || m.sheened();
@@ -231,6 +233,8 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
   plan.items.push_back(touching_item(scene.touching_glass));
   plan.items.push_back({"alpha_test", features.alpha,
                         features.alpha ? "a material is masked or blended" : "every material is opaque"});
+  plan.items.push_back({"anisotropy", features.anisotropy,
+                        features.anisotropy ? "a material is brushed" : "no material is brushed"});
   plan.items.push_back({"clearcoat", features.clearcoat,
                         features.clearcoat ? "a material has a clear coat" : "no material has a clear coat"});
   plan.items.push_back({"sheen", features.sheen,

@@ -49,6 +49,9 @@ struct Material {
   Rgb attenuation_color{1};
   float attenuation_distance = kInfinity;                ///< metres
   float dispersion = 0;                                  ///< KHR_materials_dispersion: 20 over Abbe's number
+  float anisotropy = 0;                                  ///< KHR_materials_anisotropy: strength
+  float anisotropy_rotation = 0;                         ///< from the tangent to where highlights are longest, radians
+  TextureSlot anisotropy_texture;                        ///< linear: RG that direction before it is turned, B strength
   float clearcoat = 0;                                   ///< KHR_materials_clearcoat: amount of the layer on top
   TextureSlot clearcoat_texture;                         ///< linear R
   float clearcoat_roughness = 0;                         ///< perceptual
@@ -75,11 +78,11 @@ struct Material {
 };
 
 /// All that a material may have.
-inline std::array<const TextureSlot*, 12> texture_slots(const Material& m) {
+inline std::array<const TextureSlot*, 13> texture_slots(const Material& m) {
   return {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emission_texture,
           &m.specular_texture, &m.specular_color_texture, &m.transmission_texture, &m.clearcoat_texture,
           &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture, &m.sheen_color_texture,
-          &m.sheen_roughness_texture};
+          &m.sheen_roughness_texture, &m.anisotropy_texture};
 }
 
 }  // namespace photond

@@ -70,7 +70,7 @@ std::uint64_t memory_bytes(const SceneReport& report) {
 }
 
 std::string material_kind(const Material& m) {
-  const bool smooth = m.roughness == 0;
+  const bool smooth = m.roughness == 0 && m.anisotropy == 0;
   if (m.transmission > 0.5f && m.metallic < 0.5f) {
     if (m.thin_walled) return "thin glass";
     return smooth ? "glass" : "frosted glass";

@@ -68,6 +68,9 @@ struct SceneHasher {
     value(m.attenuation_color);
     value(m.attenuation_distance);
     value(m.dispersion);
+    value(m.anisotropy);
+    value(m.anisotropy_rotation);
+    slot(m.anisotropy_texture);
     value(m.clearcoat);
     slot(m.clearcoat_texture);
     value(m.clearcoat_roughness);

@@ -1,4 +1,4 @@
-// glTF 2.0 appendix B; KHR_materials_specular, _transmission, _volume, _ior, _clearcoat, _sheen.
+// glTF 2.0 appendix B; KHR_materials_specular, _transmission, _volume, _ior, _anisotropy, _clearcoat, _sheen.
 // Walter et al. 2007: rough refraction. Heitz 2018: visible normals. Kelemen and Szirmay-Kalos 2001: layering.
 #include "core/trace/bsdf.h"
 
@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "core/math/warp.h"
-#include "core/trace/layer.h"
 #include "core/trace/material_point.h"
 
 namespace photond {
@@ -54,7 +53,7 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
     return;
   }
   const MaterialPoint p = material_at(scene, surface);
-  alpha_ = p.roughness * p.roughness;
+  set_facets(scene, surface, p);
   const float dielectric = 1 - p.metallic;
   const float opaque = dielectric * (1 - p.transmission);
   diffuse_ = opaque * p.base_color;
@@ -66,7 +65,7 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   if (p.specular > 0 || p.metallic > 0) {
     f0_ = p.metallic * p.base_color + opaque * layer_f0;
     // An ideal mirror reflects its colour at every angle; Schlick's rise towards grazing belongs to rough metal.
-    const Rgb metal_f90 = alpha_ < kSmoothAlpha ? p.base_color : Rgb(1);
+    const Rgb metal_f90 = smooth() ? p.base_color : Rgb(1);
     f90_ = p.metallic * metal_f90 + Rgb(opaque * p.specular);
   }
   glass_weight_ = dielectric * p.transmission;
@@ -76,7 +75,7 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
     thin_ = material.thin_walled;
     float ior = surface.ior == 0 ? 1e6f : surface.ior;
     // The normals of rough facets follow from how they bend light.
-    if (alpha_ >= kSmoothAlpha && !thin_) ior = std::max(ior, 1.00001f);
+    if (!smooth() && !thin_) ior = std::max(ior, 1.00001f);
     eta_ = thin_ || surface.front ? ior : 1 / ior;
   }
 
@@ -106,26 +105,49 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
   }
 }
 
+void Bsdf::set_facets(const Scene& scene, const SurfacePoint& surface, const MaterialPoint& p) {
+  const float alpha = p.roughness * p.roughness;
+  facets_ = Ggx(alpha);
+  if (!(p.anisotropy > 0)) return;
+  const auto along = anisotropy_direction(scene, surface, p.anisotropy_direction);
+  if (!along) return;
+  const float across = std::max(alpha, kSmoothAlpha);
+  facets_ = Ggx(across + (1 - across) * p.anisotropy * p.anisotropy, across);
+  frame_ = Frame(frame_.n, *along);
+}
+
 void Bsdf::set_layer(const Rgb& f0, float f90) {
-  layer_f0_ = max_component(f0);
-  layer_f90_ = f90;
+  layer_ = {max_component(f0), f90, facets_};
   const float through = mean_through();
   // Layers that reflect everything hide their base altogether.
   layer_out_ = through > 0 ? 1 / through : 0;
-  layer_out_ *= layer_scale(wo_.z) * through_tops();
+  layer_out_ *= layer_.through(wo_) * through_tops();
 }
 
 // The cosine-weighted mean of what all layers over the diffuse base let through.
 float Bsdf::mean_through() const {
-  if (!coated_here() && !sheened_here()) {
-    const LayerAlbedo average = layer_albedo_average(alpha_);
-    return 1 - (layer_f0_ * average.a + layer_f90_ * average.b);
+  if (!coated_here() && !sheened_here() && facets_.isotropic()) {
+    const LayerAlbedo average = layer_albedo_average(facets_.least());
+    return 1 - (layer_.f0 * average.a + layer_.f90 * average.b);
   }
   float sum = 0;
   for (int i = 0; i < kPlaces; ++i) {
     const float sheen = sheened_here() ? sheen_->through(kPlace[i]) : 1;
     const float coat = coated_here() ? coat_->through(kPlace[i]) : 1;
-    sum += 2 * kPlace[i] * kWeight[i] * (layer_scale(kPlace[i]) * sheen) * coat;
+    sum += 2 * kPlace[i] * kWeight[i] * (mean_through(kPlace[i]) * sheen) * coat;
+  }
+  return sum;
+}
+
+// The mean of the layer alone around the normal.
+float Bsdf::mean_through(float cosine) const {
+  if (facets_.isotropic()) return layer_.through({0, 0, cosine});
+  constexpr int kTurns = 4;   // in a quarter: the others are alike
+  const float sine = std::sqrt(1 - cosine * cosine);
+  float sum = 0;
+  for (int k = 0; k < kTurns; ++k) {
+    const float turn = (static_cast<float>(k) + 0.5f) * (kPi / 2 / kTurns);
+    sum += layer_.through({sine * std::cos(turn), sine * std::sin(turn), cosine}) / kTurns;
   }
   return sum;
 }
@@ -163,16 +185,10 @@ float Bsdf::below_tops(const Vec3& wi, const Vec3& wi_world) const {
   return below_coat(wi_world, wi.z < 0) * below_sheen(wi);
 }
 
-float Bsdf::layer_scale(float cos_i) const {
-  if (!layered()) return 1;
-  const LayerAlbedo e = layer_albedo(cos_i, alpha_);
-  return std::max(0.0f, 1 - (layer_f0_ * e.a + layer_f90_ * e.b));
-}
-
 void Bsdf::set_selection() {
   const float through = through_tops();
   if ((lobes_ & kDiffuseLobe) != 0) {
-    select_[0] = mean(diffuse_) * layer_scale(wo_.z) * through;
+    select_[0] = mean(diffuse_) * layer_.through(wo_) * through;
   }
   if ((lobes_ & kReflectionLobe) != 0) {
     select_[1] = mean(reflection_fresnel(wo_.z)) * through;
@@ -200,7 +216,7 @@ float Bsdf::share(LobeMask mask) const {
 
 // The mean over the cosine of what the layers let through is what layer_out_ is divided by.
 Rgb Bsdf::diffuse_albedo() const {
-  return layer_out_ > 0 ? diffuse_ * (layer_scale(wo_.z) * through_tops()) : Rgb(0);
+  return layer_out_ > 0 ? diffuse_ * (layer_.through(wo_) * through_tops()) : Rgb(0);
 }
 
 // Reflected directions must be above both horizons, transmitted ones below both.
@@ -215,12 +231,12 @@ Rgb Bsdf::eval_reflection(const Vec3& wi) const {
   const float length = glm::length(sum);
   if (wi.z <= 0 || !(length > 0)) return Rgb(0);
   const Vec3 h = sum / length;
-  const float common = ggx_d(h, alpha_) * ggx_g2(wo_, wi, alpha_) / (4 * wo_.z * wi.z);
+  const float common = facets_.d(h) * facets_.g2(wo_, wi) / (4 * wo_.z * wi.z);
   return common * reflection_fresnel(glm::dot(wo_, h));
 }
 
 float Bsdf::smooth_glass_reflectance() const {
-  if (lobes() != kGlassLobe || alpha_ >= kSmoothAlpha) return 0;
+  if (lobes() != kGlassLobe || !smooth()) return 0;
   if (flat(kGlassLobe)) return about_geometric_normal().smooth_glass_reflectance();
   float cos_t = 0;
   return glass_reflectance(wo_.z, cos_t);
@@ -235,7 +251,7 @@ Rgb Bsdf::eval_glass(const Vec3& wi, Transport transport) const {
     const Vec3 reflected = wi.z > 0 ? wi : mirror_z(wi);
     const Vec3 h = glm::normalize(wo_ + reflected);
     const float fresnel = glass_reflectance(glm::dot(wo_, h), cos_t);
-    const float common = ggx_d(h, alpha_) * ggx_g2(wo_, reflected, alpha_) / (4 * wo_.z * reflected.z);
+    const float common = facets_.d(h) * facets_.g2(wo_, reflected) / (4 * wo_.z * reflected.z);
     const Rgb part = wi.z > 0 ? glass_reflected(cos_t) * fresnel : glass_tint_ * (1 - max_component(glass_specular_) * fresnel);
     return glass_weight_ * common * part;
   }
@@ -250,7 +266,7 @@ Rgb Bsdf::eval_glass(const Vec3& wi, Transport transport) const {
   if (cos_t == 0) return Rgb(0);
   const float denominator = cos_o + eta_ * cos_i;
   // Walter et al. eq. 21 for radiance; flux is not compressed by the index.
-  float f = ggx_d(h, alpha_) * ggx_g2(wo_, wi, alpha_) * std::abs(cos_o * cos_i / (wo_.z * wi.z)) /
+  float f = facets_.d(h) * facets_.g2(wo_, wi) * std::abs(cos_o * cos_i / (wo_.z * wi.z)) /
             (denominator * denominator);
   if (transport == Transport::flux) f *= eta_ * eta_;
   return glass_weight_ * f * glass_tint_ * (1 - max_component(glass_specular_) * fresnel);
@@ -264,7 +280,7 @@ float Bsdf::pdf_glass(const Vec3& wi) const {
     const Vec3 h = glm::normalize(wo_ + reflected);
     const float cos_h = glm::dot(wo_, h);
     const float fresnel = glass_reflectance(cos_h, cos_t);
-    return (wi.z > 0 ? fresnel : 1 - fresnel) * ggx_visible_pdf(wo_, h, alpha_) / (4 * cos_h);
+    return (wi.z > 0 ? fresnel : 1 - fresnel) * facets_.visible_pdf(wo_, h) / (4 * cos_h);
   }
   Vec3 h = wo_ + eta_ * wi;
   const float length = glm::length(h);
@@ -275,7 +291,7 @@ float Bsdf::pdf_glass(const Vec3& wi) const {
   if (cos_o <= 0 || cos_i >= 0) return 0;
   const float fresnel = glass_reflectance(cos_o, cos_t);
   const float denominator = cos_o + eta_ * cos_i;
-  return (1 - fresnel) * ggx_visible_pdf(wo_, h, alpha_) * eta_ * eta_ * std::abs(cos_i) / (denominator * denominator);
+  return (1 - fresnel) * facets_.visible_pdf(wo_, h) * eta_ * eta_ * std::abs(cos_i) / (denominator * denominator);
 }
 
 Rgb Bsdf::eval(const Vec3& wi_world, LobeMask mask, Transport transport) const {
@@ -285,7 +301,7 @@ Rgb Bsdf::eval(const Vec3& wi_world, LobeMask mask, Transport transport) const {
   if (mask == kNoLobe || !same_side(wi, wi_world)) return Rgb(0);
   Rgb f(0);
   if ((mask & kDiffuseLobe) != 0 && wi.z > 0) {
-    f += diffuse_ * (kInvPi * layer_out_ * layer_scale(wi.z) * through_tops(wi, wi_world));
+    f += diffuse_ * (kInvPi * layer_out_ * layer_.through(wi) * through_tops(wi, wi_world));
   }
   if ((mask & kReflectionLobe) != 0 && wi.z > 0) f += eval_reflection(wi) * below_tops(wi, wi_world);
   if ((mask & kGlassLobe) != 0) f += eval_glass(wi, transport) * below_tops(wi, wi_world);
@@ -302,134 +318,12 @@ float Bsdf::pdf(const Vec3& wi_world, LobeMask mask) const {
   if ((spread & kDiffuseLobe) != 0) pdf += selection(kDiffuseLobe, mask) * square_to_cosine_hemisphere_pdf(wi);
   if ((spread & kReflectionLobe) != 0 && wi.z > 0) {
     const Vec3 h = glm::normalize(wo_ + wi);
-    pdf += selection(kReflectionLobe, mask) * ggx_visible_pdf(wo_, h, alpha_) / (4 * glm::dot(wo_, h));
+    pdf += selection(kReflectionLobe, mask) * facets_.visible_pdf(wo_, h) / (4 * glm::dot(wo_, h));
   }
   if ((spread & kGlassLobe) != 0) pdf += selection(kGlassLobe, mask) * pdf_glass(wi);
   if ((spread & kClearcoatLobe) != 0) pdf += selection(kClearcoatLobe, mask) * coat_->pdf(wi_world);
   if ((spread & kSheenLobe) != 0) pdf += selection(kSheenLobe, mask) * square_to_cosine_hemisphere_pdf(wi);
   return pdf;
-}
-
-std::optional<BsdfSample> Bsdf::sample(const Vec3& u, LobeMask mask, Transport transport) const {
-  std::optional<BsdfSample> result(std::in_place);
-  if (!sample_lobe(u, mask & lobes(), transport, *result)) result.reset();
-  return result;
-}
-
-bool Bsdf::sample_lobe(const Vec3& u, LobeMask mask, Transport transport, BsdfSample& out) const {
-  if (mask == kDiffuseLobe) return sample_diffuse(Vec2(u), mask, transport, out);
-  float choice = u.z;
-  for (const LobeMask lobe : kLobes) {
-    if ((mask & lobe) == 0) continue;
-    const float p = selection(lobe, mask);
-    // The last lobe of the mask takes what rounding leaves.
-    if (choice >= p && (mask & ~((lobe << 1) - 1)) != 0) {
-      choice -= p;
-      continue;
-    }
-    if (p <= 0) return false;
-    if (lobe == kDiffuseLobe) return sample_diffuse(Vec2(u), mask, transport, out);
-    if (lobe == kReflectionLobe) return sample_reflection(Vec2(u), mask, transport, out);
-    if (lobe == kClearcoatLobe) return sample_clearcoat(Vec2(u), mask, transport, out);
-    if (lobe == kSheenLobe) return sample_sheen(Vec2(u), mask, transport, out);
-    return sample_glass(Vec2(u), std::min(choice / p, 0x1.fffffep-1f), mask, transport, out);
-  }
-  return false;
-}
-
-bool Bsdf::sample_diffuse(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
-  const Vec3 wi = square_to_cosine_hemisphere(u);
-  if (mask != kDiffuseLobe) return finish(wi, kDiffuseLobe, mask, transport, out);
-  // The common case, alone and without division: f·cos/pdf is the albedo.
-  out.wi = frame_.to_world(wi);
-  out.weight = diffuse_ * (layer_out_ * layer_scale(wi.z) * through_tops(wi, out.wi));
-  out.pdf_w = wi.z * kInvPi;
-  out.lobe = kDiffuseLobe;
-  return wi.z > 0 && glm::dot(out.wi, ng_) > 0;
-}
-
-bool Bsdf::sample_reflection(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
-  if (alpha_ < kSmoothAlpha) {
-    if (flat(kReflectionLobe)) return about_geometric_normal().sample_smooth_reflection(mask, out);
-    return sample_smooth_reflection(mask, out);
-  }
-  const Vec3 h = ggx_sample_visible(wo_, alpha_, u);
-  const Vec3 wi = 2 * glm::dot(wo_, h) * h - wo_;
-  return wi.z > 0 && finish(wi, kReflectionLobe, mask, transport, out);
-}
-
-bool Bsdf::sample_smooth_reflection(LobeMask mask, BsdfSample& out) const {
-  const Vec3 wi{-wo_.x, -wo_.y, wo_.z};
-  out.wi = frame_.to_world(wi);
-  out.weight = reflection_fresnel(wo_.z) * (below_tops(wi, out.wi) / selection(kReflectionLobe, mask));
-  out.lobe = kReflectionLobe;
-  out.delta = true;
-  return same_side(wi, out.wi);
-}
-
-bool Bsdf::sample_clearcoat(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
-  if (coat_->smooth()) {
-    if (flat(kClearcoatLobe)) return about_geometric_normal().sample_smooth_clearcoat(mask, out);
-    return sample_smooth_clearcoat(mask, out);
-  }
-  const Vec3 wi = frame_.to_local(coat_->sample(u));
-  return wi.z > 0 && finish(wi, kClearcoatLobe, mask, transport, out);
-}
-
-bool Bsdf::sample_smooth_clearcoat(LobeMask mask, BsdfSample& out) const {
-  out.wi = coat_->mirrored();
-  out.weight = Rgb(coat_->reflectance() / selection(kClearcoatLobe, mask));
-  out.lobe = kClearcoatLobe;
-  out.delta = true;
-  return glm::dot(out.wi, ng_) > 0;
-}
-
-bool Bsdf::sample_sheen(const Vec2& u, LobeMask mask, Transport transport, BsdfSample& out) const {
-  return finish(square_to_cosine_hemisphere(u), kSheenLobe, mask, transport, out);
-}
-
-bool Bsdf::sample_glass(const Vec2& u, float choice, LobeMask mask, Transport transport, BsdfSample& out) const {
-  if (alpha_ < kSmoothAlpha) {
-    if (flat(kGlassLobe)) return about_geometric_normal().sample_smooth_glass(choice, mask, transport, out);
-    return sample_smooth_glass(choice, mask, transport, out);
-  }
-  const Vec3 h = ggx_sample_visible(wo_, alpha_, u);
-  const float cos_h = glm::dot(wo_, h);
-  if (cos_h <= 0) return false;
-  float cos_t = 0;
-  const bool reflected = choice < glass_reflectance(cos_h, cos_t);
-  const Vec3 wi = glass_direction(h, cos_h, cos_t, reflected);
-  if (reflected ? wi.z <= 0 : wi.z >= 0) return false;
-  return finish(glm::normalize(wi), kGlassLobe, mask, transport, out);
-}
-
-bool Bsdf::sample_smooth_glass(float choice, LobeMask mask, Transport transport, BsdfSample& out) const {
-  float cos_t = 0;
-  const float fresnel = glass_reflectance(wo_.z, cos_t);
-  const bool reflected = choice < fresnel;
-  const Vec3 wi = glass_direction({0, 0, 1}, wo_.z, cos_t, reflected);
-  out.wi = glm::normalize(frame_.to_world(wi));
-  out.lobe = kGlassLobe;
-  out.delta = true;
-  out.transmitted = !reflected;
-  const float scale = glass_weight_ * below_tops(wi, out.wi) / selection(kGlassLobe, mask);
-  if (reflected) {
-    out.weight = scale * glass_reflected(cos_t);
-  } else {
-    const float through = (1 - max_component(glass_specular_) * fresnel) / (1 - fresnel);
-    const bool compressed = transport == Transport::radiance && !thin_;
-    out.weight = scale * through * (compressed ? 1 / (eta_ * eta_) : 1.0f) * glass_tint_;
-  }
-  return same_side(wi, out.wi);
-}
-
-// Where a facet of normal h sends what comes from wo.
-Vec3 Bsdf::glass_direction(const Vec3& h, float cos_h, float cos_t, bool reflected) const {
-  if (reflected || thin_) {
-    const Vec3 wi = 2 * cos_h * h - wo_;
-    return reflected ? wi : mirror_z(wi);
-  }
-  return -wo_ / eta_ + (cos_h / eta_ - cos_t) * h;
 }
 
 bool Bsdf::flat(LobeMask lobe) const {
@@ -457,17 +351,6 @@ Bsdf Bsdf::about_geometric_normal() const {
   if (sheened()) flat.sheen_ = sheen_->turned(flat.wo_.z);
   flat.may_flatten_ = false;
   return flat;
-}
-
-bool Bsdf::finish(const Vec3& wi, LobeMask lobe, LobeMask mask, Transport transport, BsdfSample& out) const {
-  out.wi = frame_.to_world(wi);
-  out.lobe = lobe;
-  out.transmitted = wi.z < 0;
-  if (!same_side(wi, out.wi)) return false;
-  out.pdf_w = pdf(out.wi, mask);
-  if (!(out.pdf_w > 0)) return false;
-  out.weight = eval(out.wi, mask, transport) * (std::abs(wi.z) / out.pdf_w);
-  return true;
 }
 
 }  // namespace photond

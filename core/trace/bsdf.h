@@ -6,6 +6,7 @@
 #include "core/base/features.h"
 #include "core/math/frame.h"
 #include "core/trace/clearcoat.h"
+#include "core/trace/layer.h"
 #include "core/trace/microfacet.h"
 #include "core/trace/sheen.h"
 #include "core/trace/surface.h"
@@ -54,12 +55,12 @@ class Bsdf {
   LobeMask lobes() const { return kAllFeatures ? lobes_ : kDiffuseLobe; }
   /// The lobes among them that are Dirac distributions.
   LobeMask delta_lobes() const {
-    const LobeMask smooth = alpha_ < kSmoothAlpha ? kReflectionLobe | kGlassLobe : kNoLobe;
-    return lobes() & (coated() && coat_->smooth() ? smooth | kClearcoatLobe : smooth);
+    const LobeMask below = smooth() ? kReflectionLobe | kGlassLobe : kNoLobe;
+    return lobes() & (coated() && coat_->smooth() ? below | kClearcoatLobe : below);
   }
   /// The reflections among them of a GGX α of at least `least`.
   LobeMask reflections_from(float least) const {
-    const LobeMask rough = alpha_ >= least ? kReflectionLobe : kNoLobe;
+    const LobeMask rough = facets_.least() >= least ? kReflectionLobe : kNoLobe;
     return lobes() & (coated() && coat_->alpha() >= least ? rough | kClearcoatLobe : rough);
   }
   /// The shading normal of one lobe.
@@ -94,20 +95,21 @@ class Bsdf {
  private:
   friend class Bsdf8;
 
+  void set_facets(const Scene& scene, const SurfacePoint& surface, const MaterialPoint& p);
   void set_layer(const Rgb& f0, float f90);
   void set_selection();
+  bool smooth() const { return facets_.least() < kSmoothAlpha; }
   bool coated() const { return kAllFeatures && coat_.has_value(); }
   bool sheened() const { return kAllFeatures && sheen_.has_value(); }
   bool coated_here() const { return coated() && !coat_->beyond(); }
   bool sheened_here() const { return sheened() && !sheen_->beyond(); }
-  bool layered() const { return layer_f0_ > 0 || layer_f90_ > 0; }
   float through_tops() const;
   float through_tops(const Vec3& wi_local, const Vec3& wi) const;
   float mean_through() const;
+  float mean_through(float cosine) const;
   float below_coat(const Vec3& wi, bool transmitted) const;
   float below_sheen(const Vec3& wi_local) const;
   float below_tops(const Vec3& wi_local, const Vec3& wi) const;
-  float layer_scale(float cos_i) const;
   float selection(LobeMask lobe, LobeMask mask) const;
   bool above(const Vec3& wi) const;
   bool same_side(const Vec3& wi_local, const Vec3& wi) const;
@@ -145,9 +147,8 @@ class Bsdf {
   float glass_weight_ = 0;     // (1−metallic)·transmission
   Rgb glass_specular_{1};      // KHR_materials_specular's scaling of the dielectric reflection
   float eta_ = 1;              // index beyond the surface over the index on the side of wo
-  float alpha_ = 1;
-  float layer_f0_ = 0;
-  float layer_f90_ = 0;
+  Ggx facets_;
+  Layer layer_;                // over the diffuse base
   float layer_out_ = 1;        // (1−E(o))/(1−Ē), of sheen and coat above as well
   float select_[5] = {0, 0, 0, 0, 0};  // relative selection probabilities of the lobes
   LobeMask lobes_ = kNoLobe;

@@ -5,11 +5,6 @@ namespace photond {
 
 namespace {
 
-Float8 lambda(const Vec3x8& w, float alpha_sq) {
-  const Float8 tan_sq = (w.x * w.x + w.y * w.y) / max8(w.z * w.z, Float8{} + 1e-20f);
-  return 0.5f * (sqrt8(1 + alpha_sq * tan_sq) - 1);
-}
-
 Float8 schlick_weight(const Float8& cosine) {
   const Float8 m = min8(max8(1 - cosine, Float8{}), Float8{} + 1);
   return m * m * (m * m) * m;
@@ -17,16 +12,22 @@ Float8 schlick_weight(const Float8& cosine) {
 
 }  // namespace
 
-Bsdf8::Reflection::Reflection(const Frame& about, const Vec3& out, const Rgb& at_normal, const Rgb& at_grazing, float alpha)
-    : frame(about), wo(out), f0(at_normal), f90(at_grazing), alpha_sq(alpha * alpha), lambda_out(ggx_lambda(out, alpha)) {}
+Bsdf8::Reflection::Reflection(const Frame& about, const Ggx& of, const Vec3& out, const Rgb& at_normal,
+                              const Rgb& at_grazing)
+    : frame(about), facets(of), wo(out), f0(at_normal), f90(at_grazing), lambda_out(of.lambda(out)) {}
+
+Float8 Bsdf8::Reflection::lambda(const Vec3x8& w) const {
+  const Float8 across = w.x * w.x * facets.ratio_ + w.y * w.y * facets.inverse_;
+  return 0.5f * (sqrt8(1 + facets.product_ * (across / max8(w.z * w.z, Float8{} + 1e-20f))) - 1);
+}
 
 Vec3x8 Bsdf8::Reflection::times_cosine(const Vec3x8& direction) const {
   const Vec3x8 wi{dot(frame.s, direction), dot(frame.t, direction), dot(frame.n, direction)};
   const Vec3x8 h = wi + wo;   // of any length
   const Float8 length_sq = dot(h, h);
-  const Float8 t = h.x * h.x + h.y * h.y + alpha_sq * h.z * h.z;
-  const Float8 d = (alpha_sq * kInvPi) * (length_sq * length_sq) / (t * t);
-  const Float8 g = 1 / (1 + lambda_out + lambda(wi, alpha_sq));
+  const Float8 t = h.x * h.x * facets.inverse_ + h.y * h.y * facets.ratio_ + facets.product_ * h.z * h.z;
+  const Float8 d = (facets.product_ * kInvPi) * (length_sq * length_sq) / (t * t);
+  const Float8 g = 1 / (1 + lambda_out + lambda(wi));
   const Float8 schlick = schlick_weight(dot(wo, h) / sqrt8(length_sq));
   const Float8 common = d * g / (4 * wo.z);
   return choose8(wi.z > 0, (f0 * (1 - schlick) + f90 * schlick) * common, Vec3x8{});
@@ -36,9 +37,9 @@ Bsdf8::Bsdf8(const Bsdf& bsdf, LobeMask mask) : frame_(bsdf.frame_), ng_(bsdf.ng
   mask &= bsdf.lobes() & ~bsdf.delta_lobes();
   if ((mask & kDiffuseLobe) != 0) {
     diffuse_ = bsdf.diffuse_ * (kInvPi * bsdf.layer_out_);
-    if (bsdf.layered()) layer_.emplace(bsdf.layer_f0_, bsdf.layer_f90_, bsdf.alpha_);
+    if (bsdf.layer_.reflects()) layer_.emplace(bsdf.layer_);
   }
-  if ((mask & kReflectionLobe) != 0) reflection_.emplace(frame_, bsdf.wo_, bsdf.f0_, bsdf.f90_, bsdf.alpha_);
+  if ((mask & kReflectionLobe) != 0) reflection_.emplace(frame_, bsdf.facets_, bsdf.wo_, bsdf.f0_, bsdf.f90_);
   if (bsdf.sheened_here()) {
     sheen_.emplace(*bsdf.sheen_, bsdf.wo_);
     shines_ = (mask & kSheenLobe) != 0;
@@ -46,14 +47,20 @@ Bsdf8::Bsdf8(const Bsdf& bsdf, LobeMask mask) : frame_(bsdf.frame_), ng_(bsdf.ng
   if (!bsdf.coated_here()) return;
   const Clearcoat& coat = *bsdf.coat_;
   const float f0 = coat.amount_ * Clearcoat::kF0, f90 = coat.amount_;
-  coat_.emplace(coat.normal(), LayerTransmission(f0, f90, coat.alpha()), coat.through());
-  if ((mask & kClearcoatLobe) != 0) clearcoat_.emplace(coat.frame_, coat.wo_, Rgb(f0), Rgb(f90), coat.alpha());
+  coat_.emplace(coat.normal(), LayerTransmission({f0, f90, coat.facets_}), coat.through());
+  if ((mask & kClearcoatLobe) != 0) clearcoat_.emplace(coat.frame_, coat.facets_, coat.wo_, Rgb(f0), Rgb(f90));
+}
+
+// What the layer lets through to the base.
+Float8 Bsdf8::to_base(const Vec3x8& wi, const Float8& cosine) const {
+  if (!layer_) return Float8{} + 1;
+  return layer_->isotropic() ? (*layer_)(cosine) : (*layer_)({dot(frame_.s, wi), dot(frame_.t, wi), cosine});
 }
 
 Vec3x8 Bsdf8::eval(const Vec3x8& wi) const {
   const Float8 cosine = dot(frame_.n, wi);
   const Mask8 above = (cosine > 0) & (dot(ng_, wi) > 0);
-  Vec3x8 f = diffuse_ * (layer_ ? (*layer_)(cosine) : Float8{} + 1);
+  Vec3x8 f = diffuse_ * to_base(wi, cosine);
   Float8 below_coat = Float8{} + 1, below = below_coat;   // is left of lobes but the diffuse one
   if (coat_) {
     const Float8 through = coat_->through(dot(coat_->normal, wi));

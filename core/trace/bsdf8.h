@@ -17,14 +17,18 @@ class Bsdf8 {
   Vec3x8 eval(const Vec3x8& wi) const;
 
  private:
+  Float8 to_base(const Vec3x8& wi, const Float8& cosine) const;
+
   // A GGX lobe about a normal.
   struct Reflection {
     Frame frame;
+    Ggx facets;
     Vec3 wo;                   // local
     Rgb f0, f90;
-    float alpha_sq, lambda_out;
+    float lambda_out;
 
-    Reflection(const Frame& about, const Vec3& out, const Rgb& at_normal, const Rgb& at_grazing, float alpha);
+    Reflection(const Frame& about, const Ggx& of, const Vec3& out, const Rgb& at_normal, const Rgb& at_grazing);
+    Float8 lambda(const Vec3x8& w) const;
     Vec3x8 times_cosine(const Vec3x8& wi) const;   // of incidence
   };
   // What lies over everything else.

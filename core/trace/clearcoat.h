@@ -15,8 +15,8 @@ class Clearcoat {
   Clearcoat(float amount, float alpha, const Vec3& normal, const Vec3& wo, bool beyond);
 
   bool beyond() const { return beyond_; }
-  bool smooth() const { return alpha_ < kSmoothAlpha; }
-  float alpha() const { return alpha_; }
+  bool smooth() const { return alpha() < kSmoothAlpha; }
+  float alpha() const { return facets_.least(); }
   const Vec3& normal() const { return frame_.n; }
 
   /// Share of light from or to `w` (world) that crosses it.
@@ -48,7 +48,8 @@ class Clearcoat {
 
   Frame frame_;
   Vec3 wo_;              // local
-  float amount_, alpha_;
+  Ggx facets_;
+  float amount_;
   float through_out_;
   bool beyond_;
 };

@@ -3,8 +3,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/trace/microfacet.h"
-
 namespace photond {
 
 namespace {
@@ -15,14 +13,15 @@ constexpr int kSize = 32;  // nodes per axis
 LayerAlbedo integrate(float cos_o, float alpha) {
   constexpr int kSide = 16;
   const Vec3 wo{std::sqrt(std::max(0.0f, 1 - cos_o * cos_o)), 0, cos_o};
+  const Ggx facets(alpha);
   double a = 0;
   double b = 0;
   for (int i = 0; i < kSide * kSide; ++i) {
     const Vec2 u{(static_cast<float>(i % kSide) + 0.5f) / kSide, (static_cast<float>(i / kSide) + 0.5f) / kSide};
-    const Vec3 h = ggx_sample_visible(wo, alpha, u);
+    const Vec3 h = facets.sample_visible(wo, u);
     const Vec3 wi = 2 * glm::dot(wo, h) * h - wo;
     if (wi.z <= 0) continue;
-    const double weight = ggx_g2(wo, wi, alpha) / ggx_g1(wo, alpha);
+    const double weight = facets.g2(wo, wi) / facets.g1(wo);
     const double schlick = schlick_weight(glm::dot(wo, h));
     a += weight * (1 - schlick);
     b += weight * schlick;
@@ -96,16 +95,29 @@ LayerAlbedo layer_albedo(float cos_o, float alpha) {
   return Table::lerp(Table::at(table().directional[i], cos_o), Table::at(table().directional[i + 1], cos_o), t);
 }
 
-LayerTransmission::LayerTransmission(float f0, float f90, float alpha)
-    : f0_(f0), f90_(f90), smooth_(alpha < kSmoothAlpha) {
-  static_assert(CosineNodes::kCount == kSize);
-  if (smooth_) return;
+LayerAlbedo layer_albedo_average(float alpha) {
+  // 2∫(1 − c)^5 c dc = 1/21.
+  if (alpha < kSmoothAlpha) return {20.0f / 21, 1.0f / 21};
   int i = 0;
   const float t = alpha_position(alpha, i);
+  return Table::lerp(table().average[i], table().average[i + 1], t);
+}
+
+float Layer::through(const Vec3& w) const {
+  if (!reflects()) return 1;
+  const LayerAlbedo e = layer_albedo(w.z, facets.seen_from(w));
+  return std::max(0.0f, 1 - (f0 * e.a + f90 * e.b));
+}
+
+LayerTransmission::LayerTransmission(const Layer& layer) : layer_(layer), smooth_(layer.facets.least() < kSmoothAlpha) {
+  static_assert(CosineNodes::kCount == kSize);
+  if (smooth_ || !isotropic()) return;
+  int i = 0;
+  const float t = alpha_position(layer.facets.least(), i);
   const auto &low = table().directional[i], &high = table().directional[i + 1];
   for (int j = 0; j < kSize; ++j) {
     const LayerAlbedo e = Table::lerp(low[j], high[j], t);
-    nodes_.value[j] = std::max(0.0f, 1 - (f0 * e.a + f90 * e.b));
+    nodes_.value[j] = std::max(0.0f, 1 - (layer.f0 * e.a + layer.f90 * e.b));
   }
 }
 
@@ -113,17 +125,16 @@ Float8 LayerTransmission::operator()(const Float8& cosine) const {
   if (smooth_) {
     const Float8 c = min8(max8(cosine, Float8{}), Float8{} + 1);
     const Float8 m = 1 - c, m_sq = m * m, schlick = m_sq * m_sq * m;
-    return max8(1 - (f0_ * (1 - schlick) + f90_ * schlick), Float8{});
+    return max8(1 - (layer_.f0 * (1 - schlick) + layer_.f90 * schlick), Float8{});
   }
   return nodes_(cosine);
 }
 
-LayerAlbedo layer_albedo_average(float alpha) {
-  // 2∫(1 − c)^5 c dc = 1/21.
-  if (alpha < kSmoothAlpha) return {20.0f / 21, 1.0f / 21};
-  int i = 0;
-  const float t = alpha_position(alpha, i);
-  return Table::lerp(table().average[i], table().average[i + 1], t);
+Float8 LayerTransmission::operator()(const Vec3x8& w) const {
+  if (isotropic()) return (*this)(w.z);
+  Float8 through;
+  for (int k = 0; k < 8; ++k) through[k] = layer_.through({w.x[k], w.y[k], w.z[k]});
+  return through;
 }
 
 }  // namespace photond

@@ -2,6 +2,7 @@
 
 #include "core/math/float8.h"
 #include "core/trace/cosine_nodes.h"
+#include "core/trace/microfacet.h"
 
 namespace photond {
 
@@ -15,19 +16,33 @@ struct LayerAlbedo {
 /// Directional albedo of the layer for the cosine of the viewing direction and GGX α; closed form where the layer
 /// is smooth, otherwise from a table by bilinear interpolation (the furnace test bounds its error).
 LayerAlbedo layer_albedo(float cos_o, float alpha);
-/// 1 − E for eight cosines of a layer of one reflectance and roughness, which is taken from the same table once.
-class LayerTransmission {
- public:
-  LayerTransmission(float f0, float f90, float alpha);
-  Float8 operator()(const Float8& cosine) const;
-
- private:
-  float f0_, f90_;
-  bool smooth_;
-  CosineNodes nodes_;   // unless smooth
-};
-
 /// Its cosine-weighted mean over the hemisphere.
 LayerAlbedo layer_albedo_average(float alpha);
+
+/// A layer of one reflectance and roughness. That of a brushed one is taken as isotropic, as rough as it looks.
+struct Layer {
+  float f0 = 0, f90 = 0;
+  Ggx facets;
+
+  bool reflects() const { return f0 > 0 || f90 > 0; }
+  /// 1 − E for the unit vector `w`, local.
+  float through(const Vec3& w) const;
+};
+
+/// The same for eight directions. What does not depend on them is taken from the table once.
+class LayerTransmission {
+ public:
+  explicit LayerTransmission(const Layer& layer);
+
+  /// Whether cosines say enough.
+  bool isotropic() const { return layer_.facets.isotropic(); }
+  Float8 operator()(const Float8& cosine) const;
+  Float8 operator()(const Vec3x8& w) const;
+
+ private:
+  Layer layer_;
+  bool smooth_;
+  CosineNodes nodes_;   // unless smooth or brushed
+};
 
 }  // namespace photond

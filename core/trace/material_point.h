@@ -12,6 +12,8 @@ struct MaterialPoint {
   float specular;
   Rgb specular_color;
   float transmission;
+  float anisotropy;          ///< strength
+  Vec2 anisotropy_direction; ///< of longest highlights, in tangent space, of any length
   float clearcoat;           ///< amount of the layer on top
   float clearcoat_roughness; ///< perceptual
   Rgb sheen_color;

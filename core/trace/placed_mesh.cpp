@@ -10,7 +10,7 @@ namespace {
 Shading shading_of(const Material& m) {
   if (!is_finite(m.base_color) || m.base_color_texture.used() || m.bends_normals()) return Shading::other;
   if (m.bare_diffuse()) return Shading::diffuse;
-  if (m.clearcoat > 0 || m.sheened()) return Shading::other;
+  if (m.anisotropy > 0 || m.clearcoat > 0 || m.sheened()) return Shading::other;
   if (!(m.roughness * m.roughness < kSmoothAlpha) || m.metallic_roughness_texture.used()) return Shading::other;
   if (m.metallic == 1 && !is_black(m.base_color)) return Shading::mirror;
   const bool textured = m.specular_texture.used() || m.specular_color_texture.used() || m.transmission_texture.used();

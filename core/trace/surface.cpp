@@ -4,15 +4,11 @@
 
 #include "core/math/transform.h"
 #include "core/scene/texture.h"
+#include "core/trace/tangent_space.h"
 
 namespace photond {
 
 namespace {
-
-template <class T>
-T interpolate(const std::vector<T>& values, const glm::uvec3& i, float u, float v) {
-  return (1 - u - v) * values[i.x] + u * values[i.y] + v * values[i.z];
-}
 
 // A texture that bends normals, if it is used, and how much.
 struct NormalTexture {
@@ -23,45 +19,14 @@ struct NormalTexture {
 NormalTexture normal_texture(const Material& m) { return {m.normal_texture, m.normal_scale}; }
 NormalTexture clearcoat_normal_texture(const Material& m) { return {m.clearcoat_normal_texture, m.clearcoat_normal_scale}; }
 
-// Tangent and handedness of a normal texture: the mesh's own, or from the texture coordinates' gradient.
-bool tangent_space(const Scene& scene, const SurfacePoint& s, const TextureSlot& slot, Vec3& tangent, float& handedness) {
-  const Affine& m = scene.instances[s.instance].to_world;
-  const float orientation = is_mirrored(m) ? -1.0f : 1.0f;
-  if (!s.mesh->tangents.empty()) {
-    const Vec4 t = interpolate(s.mesh->tangents, s.vertices, s.u, s.v);
-    tangent = transform_vector(m, Vec3(t));
-    handedness = t.w < 0 ? -orientation : orientation;
-    return true;
-  }
-  const auto& uv = s.mesh->uv[slot.uv_set];
-  if (uv.empty()) return false;
-  const glm::mat2 turn(slot.uv_transform[0], slot.uv_transform[1]);   // tangents are the picture's axes
-  const Vec3 e1 = transform_vector(m, s.mesh->positions[s.vertices.y] - s.mesh->positions[s.vertices.x]);
-  const Vec3 e2 = transform_vector(m, s.mesh->positions[s.vertices.z] - s.mesh->positions[s.vertices.x]);
-  const Vec2 d1 = turn * (uv[s.vertices.y] - uv[s.vertices.x]);
-  const Vec2 d2 = turn * (uv[s.vertices.z] - uv[s.vertices.x]);
-  const float determinant = d1.x * d2.y - d1.y * d2.x;
-  if (determinant == 0) return false;
-  tangent = (d2.y * e1 - d1.y * e2) * (determinant < 0 ? -1.0f : 1.0f);
-  // glTF's v points down the image, so a texture without mirroring has a negative determinant here.
-  handedness = determinant < 0 ? orientation : -orientation;
-  return true;
-}
-
 // `n` is the unit interpolated normal of the front face.
 Vec3 apply_normal_texture(const Scene& scene, const SurfacePoint& s, const NormalTexture& texture, const Vec3& n) {
-  Vec3 tangent;
-  float handedness = 1;
-  if (!tangent_space(scene, s, texture.slot, tangent, handedness)) return n;
-  tangent -= n * glm::dot(n, tangent);
-  const float length = glm::length(tangent);
-  if (!(length > 0)) return n;
-  tangent /= length;
-  const Vec3 bitangent = handedness * glm::cross(n, tangent);
+  const auto space = tangent_space(scene, s, texture.slot, n);
+  if (!space) return n;
   const Vec4 texel = lookup(scene, texture.slot, s);
   const float scale = texture.scale;
   const Vec3 local{(2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1};
-  const Vec3 bent = local.x * tangent + local.y * bitangent + local.z * n;
+  const Vec3 bent = local.x * space->tangent + local.y * space->bitangent + local.z * n;
   const float bent_length = glm::length(bent);
   return bent_length > 0 ? bent / bent_length : n;
 }
@@ -117,6 +82,14 @@ SurfacePoint seen_from(const Scene& scene, const SurfacePoint& surface, const Ve
   seen.ns = seen.ng;
   if (seen.smooth) seen.ns = textured_normal(scene, seen, normal_texture(*seen.material), wo);
   return seen;
+}
+
+std::optional<Vec3> anisotropy_direction(const Scene& scene, const SurfacePoint& surface, const Vec2& local) {
+  const Material& material = *surface.material;
+  const TextureSlot& slot = material.normal_texture.used() ? material.normal_texture : material.anisotropy_texture;
+  const auto space = tangent_space(scene, surface, slot, surface.front ? surface.ns : -surface.ns);
+  if (!space || local == Vec2(0)) return {};
+  return local.x * space->tangent + local.y * space->bitangent;
 }
 
 Vec3 clearcoat_normal(const Scene& scene, const SurfacePoint& surface, const Vec3& wo) {

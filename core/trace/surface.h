@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/math/lanes.h"
 #include "core/scene/scene.h"
@@ -60,6 +61,10 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit);
 
 /// The unit shading normal of the point's clear coat on the side of `ng`, for a ray that arrives from `wo`.
 Vec3 clearcoat_normal(const Scene& scene, const SurfacePoint& surface, const Vec3& wo);
+
+/// In which direction a vector of the surface's tangent space points: world, at right angles to its shading normal, as
+/// long as `local`; nothing where that is 0, or mesh and texture coordinates give no tangents.
+std::optional<Vec3> anisotropy_direction(const Scene& scene, const SurfacePoint& surface, const Vec2& local);
 
 /// The same point as it is for a ray that arrives from the direction `wo`.
 SurfacePoint seen_from(const Scene& scene, const SurfacePoint& surface, const Vec3& wo);

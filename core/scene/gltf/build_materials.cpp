@@ -23,6 +23,7 @@ class MaterialReader {
     transmission();
     volume();
     dispersion();
+    anisotropy();
     clearcoat();
     sheen();
     unlit();
@@ -104,6 +105,15 @@ class MaterialReader {
   void dispersion() {
     const tinygltf::Value* from = extension(from_.extensions, "KHR_materials_dispersion");
     out_.dispersion = bounded(number(from, "dispersion", 0), where_ + ".extensions.KHR_materials_dispersion.dispersion");
+  }
+
+  void anisotropy() {
+    const tinygltf::Value* from = extension(from_.extensions, "KHR_materials_anisotropy");
+    const std::string where = where_ + ".extensions.KHR_materials_anisotropy";
+    out_.anisotropy = static_cast<float>(number(from, "anisotropyStrength", 0));
+    out_.anisotropy_rotation = bounded(number(from, "anisotropyRotation", 0), where + ".anisotropyRotation");
+    if (out_.anisotropy == 0) return;
+    out_.anisotropy_texture = slot(member(from, "anisotropyTexture"), false, where + ".anisotropyTexture");
   }
 
   void clearcoat() {

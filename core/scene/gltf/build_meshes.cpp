@@ -112,6 +112,10 @@ void warn_of_missing_uv(Build& build, const Mesh& mesh, const std::string& where
       return build.warnings.add("the material's textures need a TEXCOORD set that is missing", where);
     }
   }
+  const TextureSlot& slot = m.normal_texture.used() ? m.normal_texture : m.anisotropy_texture;
+  if (m.anisotropy > 0 && mesh.tangents.empty() && mesh.uv[slot.uv_set].empty()) {
+    build.warnings.add("the material's anisotropy needs TANGENT or TEXCOORD, which are missing", where);
+  }
 }
 
 /// The triangles of one primitive; nothing where it has none. `joints`: of its skin, empty where it has none.

@@ -6,13 +6,14 @@
 namespace photond::gltf {
 namespace {
 
-constexpr std::array<std::string_view, 17> kSupported = {
-    "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",    "EXT_texture_webp",
-    "KHR_draco_mesh_compression", "KHR_lights_punctual",        "KHR_materials_clearcoat",
-    "KHR_materials_dispersion",   "KHR_materials_emissive_strength", "KHR_materials_ior",
-    "KHR_materials_sheen",        "KHR_materials_specular",     "KHR_materials_transmission",
-    "KHR_materials_unlit",        "KHR_materials_volume",       "KHR_mesh_quantization",
-    "KHR_texture_transform",      "KHR_xmp_json_ld"};
+constexpr std::array<std::string_view, 18> kSupported = {
+    "EXT_mesh_gpu_instancing",         "EXT_meshopt_compression", "EXT_texture_webp",
+    "KHR_draco_mesh_compression",      "KHR_lights_punctual",     "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",         "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength", "KHR_materials_ior",       "KHR_materials_sheen",
+    "KHR_materials_specular",          "KHR_materials_transmission",
+    "KHR_materials_unlit",             "KHR_materials_volume",    "KHR_mesh_quantization",
+    "KHR_texture_transform",           "KHR_xmp_json_ld"};
 
 }  // namespace
 

@@ -140,6 +140,10 @@ constexpr Field kVolumeFields[] = {{"thicknessFactor", &kExtensionNonNegative},
                                    {"attenuationDistance", &kExtensionNonNegative},
                                    {"attenuationColor", &kUnitVec3}};
 constexpr Schema kVolume = object(kVolumeFields);
+constexpr Field kAnisotropyFields[] = {{"anisotropyStrength", &kUnit},
+                                       {"anisotropyRotation", &kExtensionNumber},
+                                       {"anisotropyTexture", &kInfo}};
+constexpr Schema kAnisotropy = object(kAnisotropyFields);
 constexpr Field kClearcoatFields[] = {{"clearcoatFactor", &kUnit},
                                       {"clearcoatTexture", &kInfo},
                                       {"clearcoatRoughnessFactor", &kUnit},
@@ -151,7 +155,8 @@ constexpr Field kSheenFields[] = {{"sheenColorFactor", &kUnitVec3},
                                   {"sheenRoughnessFactor", &kUnit},
                                   {"sheenRoughnessTexture", &kInfo}};
 constexpr Schema kSheen = object(kSheenFields);
-constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_clearcoat", &kClearcoat},
+constexpr Field kMaterialExtensionFields[] = {{"KHR_materials_anisotropy", &kAnisotropy},
+                                              {"KHR_materials_clearcoat", &kClearcoat},
                                               {"KHR_materials_dispersion", &kDispersion},
                                               {"KHR_materials_emissive_strength", &kStrength},
                                               {"KHR_materials_ior", &kIor},

@@ -132,6 +132,19 @@ TEST(Plan, TellsOfSheen) {
   }
 }
 
+TEST(Plan, NamesWhatIsBrushed) {
+  for (const bool brushed : {false, true}) {
+    Scene scene = test::empty_scene();
+    Material metal = test::mirror(Rgb(0.5f));
+    metal.anisotropy = brushed ? 0.5f : 0;
+    test::add_mesh(scene, test::parallelogram({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}), test::add_material(scene, metal));
+    const auto plan = make_plan(*test::prepared(std::move(scene)), {}, Execution{});
+    const auto item = std::ranges::find(plan->items, "anisotropy", &PlanItem::feature);
+    ASSERT_NE(item, plan->items.end());
+    EXPECT_EQ(item->active, brushed);
+  }
+}
+
 TEST(Plan, SharesAreWrittenOutInFull) {
   Scene scene = test::empty_scene();
   test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, true), test::add_material(scene, test::emitter(Rgb(1))));

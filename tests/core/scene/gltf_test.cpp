@@ -227,6 +227,7 @@ TEST(Gltf, ReadsMaterialExtensions) {
       "KHR_materials_specular": {"specularFactor": 0.7, "specularColorFactor": [1, 2, 3]},
       "KHR_materials_transmission": {"transmissionFactor": 0.8},
       "KHR_materials_volume": {"thicknessFactor": 2, "attenuationDistance": 3, "attenuationColor": [0.9, 0.8, 0.7]},
+      "KHR_materials_anisotropy": {"anisotropyStrength": 0.6, "anisotropyRotation": 1.5},
       "KHR_materials_clearcoat": {"clearcoatFactor": 0.9, "clearcoatRoughnessFactor": 0.2},
       "KHR_materials_sheen": {"sheenColorFactor": [0.1, 0.2, 0.3], "sheenRoughnessFactor": 0.4},
       "KHR_materials_iridescence": {}}})")});
@@ -249,6 +250,8 @@ TEST(Gltf, ReadsMaterialExtensions) {
   EXPECT_FALSE(m.thin_walled);
   EXPECT_FLOAT_EQ(m.attenuation_distance, 3);
   EXPECT_EQ(m.attenuation_color, Rgb(0.9f, 0.8f, 0.7f));
+  EXPECT_FLOAT_EQ(m.anisotropy, 0.6f);
+  EXPECT_FLOAT_EQ(m.anisotropy_rotation, 1.5f);
   EXPECT_FLOAT_EQ(m.clearcoat, 0.9f);
   EXPECT_FLOAT_EQ(m.clearcoat_roughness, 0.2f);
   EXPECT_EQ(m.sheen_color, Rgb(0.1f, 0.2f, 0.3f));

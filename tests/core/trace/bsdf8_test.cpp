@@ -10,7 +10,7 @@ namespace {
 struct Case {
   const char* name;
   float metallic, roughness, specular, transmission, clearcoat = 0, clearcoat_roughness = 0;
-  float sheen = 0, sheen_roughness = 0;
+  float sheen = 0, sheen_roughness = 0, anisotropy = 0;
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -25,6 +25,7 @@ Material material(const Case& c) {
   m.transmission = c.transmission;
   m.clearcoat = c.clearcoat;
   m.clearcoat_roughness = c.clearcoat_roughness;
+  m.anisotropy = c.anisotropy;
   m.sheen_color = c.sheen * Rgb(1, 0.5f, 0.2f);
   m.sheen_roughness = c.sheen_roughness;
   return m;
@@ -42,11 +43,14 @@ class EightDirections : public testing::TestWithParam<Case> {};
 // On shading normals of every slant, for the lobes together and one by one.
 TEST_P(EightDirections, AreEvaluatedAsOneAfterTheOther) {
   Scene scene = test::empty_scene();
-  test::add_mesh(scene, test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
-                 test::add_material(scene, material(GetParam())));
+  Mesh mesh = test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  mesh.uv[0] = {{0, 1}, {1, 1}, {1, 0.3f}, {0, 0.3f}};
+  test::add_mesh(scene, std::move(mesh), test::add_material(scene, material(GetParam())));
   SurfacePoint surface{};
   surface.mesh = &scene.meshes[0];
   surface.material = &scene.materials[0];
+  surface.vertices = scene.meshes[0].triangles[0];
+  surface.front = true;
   Rng rng(3, RngPurpose::pilot, 0, 0);
   int lit = 0;
   for (int round = 0; round < 2000; ++round) {
@@ -88,7 +92,9 @@ INSTANTIATE_TEST_SUITE_P(Materials, EightDirections,
                                          Case{"velvet", 0, 1, 0, 0, 0, 0, 0.9f, 0},
                                          Case{"felt", 0, 0.8f, 1, 0, 0, 0, 1, 0.7f},
                                          Case{"sheen on metal", 1, 0.6f, 1, 0, 0, 0, 0.5f, 0.2f},
-                                         Case{"coated sheen on mixed", 0.3f, 0.7f, 0.8f, 0.4f, 0.6f, 0.5f, 1, 0.4f}));
+                                         Case{"coated sheen on mixed", 0.3f, 0.7f, 0.8f, 0.4f, 0.6f, 0.5f, 1, 0.4f},
+                                         Case{"brushed metal", 1, 0.6f, 1, 0, 0, 0, 0, 0, 0.8f},
+                                         Case{"brushed mixed", 0.3f, 0.7f, 0.8f, 0.4f, 0.6f, 0.5f, 1, 0.4f, 0.6f}));
 
 }  // namespace
 }  // namespace photond

@@ -64,6 +64,19 @@ Material coated(Material m, float roughness, float amount = 1) {
   return m;
 }
 
+// Highlights are longest at an angle to everything else.
+Material brushed(Material m, float strength) {
+  m.anisotropy = strength;
+  m.anisotropy_rotation = 0.4f;
+  return m;
+}
+
+// Along the tangent, where turning the surface over changes nothing.
+Material along(Material m) {
+  m.anisotropy_rotation = 0;
+  return m;
+}
+
 Material sheened(Material m, float roughness, const Rgb& color = Rgb(0.8f, 0.3f, 0.6f)) {
   m.sheen_color = color;
   m.sheen_roughness = roughness;
@@ -77,9 +90,12 @@ struct Plane {
 
   explicit Plane(const Material& material, bool front = true) {
     scene = test::empty_scene();
-    test::add_mesh(scene, test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::add_material(scene, material));
+    Mesh mesh = test::parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    mesh.uv[0] = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    test::add_mesh(scene, std::move(mesh), test::add_material(scene, material));
     surface.ng = surface.ns = {0, 0, 1};
     surface.u = surface.v = 0;
+    surface.instance = surface.triangle = 0;
     surface.front = front;
     surface.mesh = &scene.meshes[0];
     surface.material = &scene.materials[0];
@@ -141,7 +157,11 @@ INSTANTIATE_TEST_SUITE_P(
                                      Case{"velvet", sheened(test::lambert(Rgb(0.7f)), 0.2f)},
                                      Case{"felt", sheened(plastic(0.8f), 0.8f)},
                                      Case{"sheen on metal", sheened(metal(0.4f), 0.4f)},
-                                     Case{"coated sheen on mixed", coated(sheened(mixed(), 0.5f), 0.5f, 0.6f)}),
+                                     Case{"coated sheen on mixed", coated(sheened(mixed(), 0.5f), 0.5f, 0.6f)},
+                                     Case{"brushed metal", brushed(metal(0.4f), 0.8f)},
+                                     // Not so rough that much of it is seen at the edge of all refraction, within a cell.
+                                     Case{"brushed glass", brushed(rough_glass(0.3f, false), 0.4f)},
+                                     Case{"brushed mixed", brushed(coated(mixed(), 0.5f, 0.6f), 0.6f)}),
                      testing::Values(5.0f, 45.0f, 75.0f), testing::Bool()));
 
 // ∫ f cos over the sphere, by the sampler.
@@ -259,6 +279,52 @@ TEST(BsdfEnergy, SheenOverGlass) {
   EXPECT_NEAR(albedo(inside.bsdf({0, 0, 1}), Transport::flux).mean, 0.04 + 0.96 * through, 0.002);
 }
 
+// A white base below brushed layers, whose albedo is taken from that of isotropic ones: within 2 %.
+TEST(BsdfEnergy, WhiteBelowABrushedLayerPassesTheFurnace) {
+  for (const float strength : {0.3f, 0.7f, 1.0f}) {
+    for (const float degrees : {0.0f, 45.0f, 80.0f}) {
+      for (const float azimuth : {0.4f, 0.4f + kPi / 2}) {
+        const Plane setup(brushed(plastic(0.2f, Rgb(1)), strength));
+        const Sample a = albedo(setup.bsdf(direction(degrees, azimuth)), Transport::radiance);
+        EXPECT_NEAR(a.mean, 1, 0.02 + 4 * a.standard_error()) << strength << " at " << degrees << ", " << azimuth;
+      }
+    }
+  }
+}
+
+// Highlights reach far along the direction that the file says, turned by its texture, and not across it.
+TEST(BsdfBrushed, HighlightsAreLongInTheirDirection) {
+  Material m = brushed(metal(0.2f), 0.9f);
+  const auto f = [](const Plane& plane, float azimuth) {
+    return plane.bsdf({0, 0, 1}).eval(direction(40, azimuth), kReflectionLobe, Transport::radiance).x;
+  };
+  const Plane untextured(m);
+  EXPECT_GT(f(untextured, 0.4f), 20 * f(untextured, 0.4f + kPi / 2));
+  m.anisotropy_texture.texture = 0;
+  Plane turned(m);
+  turned.scene.images.push_back({.width = 1, .height = 1, .u8 = {0, 255, 255, 255}});   // (−1, 1)
+  turned.scene.textures.push_back({});
+  EXPECT_NEAR(f(turned, 0.4f + 0.75f * kPi), f(untextured, 0.4f), 2e-3f * f(untextured, 0.4f));
+  turned.scene.images[0].u8 = {255, 128, 0, 255};   // of no strength
+  const Plane even(metal(0.2f));
+  EXPECT_FLOAT_EQ(f(turned, 0.4f), f(even, 0.4f));
+}
+
+// Without tangents and texture coordinates nothing says where they are long.
+TEST(BsdfBrushed, NeedsTangents) {
+  Plane plane(brushed(metal(0.2f), 0.9f)), even(metal(0.2f));
+  plane.scene.meshes[0].uv[0].clear();
+  const Vec3 wo = direction(30), wi = direction(40, 2);
+  EXPECT_EQ(plane.bsdf(wo).eval(wi, kAllLobes, Transport::flux), even.bsdf(wo).eval(wi, kAllLobes, Transport::flux));
+}
+
+// Brushed in one direction alone is no mirror.
+TEST(BsdfBrushed, IsNeverSmooth) {
+  const Plane plane(brushed(metal(0), 0.5f));
+  EXPECT_EQ(plane.bsdf({0, 0, 1}).delta_lobes(), kNoLobe);
+  EXPECT_NEAR(albedo(plane.bsdf(direction(40)), Transport::flux).mean, 0.9369, 0.005);   // by quadrature
+}
+
 // A smooth coat reflects by Fresnel's law, and the mirror below loses as much.
 TEST(BsdfEnergy, ClearcoatTakesItsShareOfWhatIsBelow) {
   const Plane setup(coated(test::mirror(Rgb(0.5f)), 0, 0.8f));
@@ -282,7 +348,8 @@ TEST(BsdfEnergy, ClearcoatOverGlass) {
 TEST(BsdfEnergy, NothingReflectsMoreThanItGets) {
   for (const Material& m : {metal(0.1f), metal(0.5f), metal(1), rough_glass(0.5f, false), rough_glass(0.5f, true),
                             mixed(), coated(metal(1), 0.2f), coated(mixed(), 0.8f), sheened(metal(0.5f), 0.3f),
-                            coated(sheened(mixed(), 0.6f, Rgb(1)), 0.8f)}) {
+                            coated(sheened(mixed(), 0.6f, Rgb(1)), 0.8f), brushed(metal(0.3f), 1),
+                            brushed(rough_glass(0.3f, false), 0.8f)}) {
     for (const bool front : {true, false}) {
       const Plane setup(m, front);
       const Sample a = albedo(setup.bsdf(direction(50)), Transport::flux);
@@ -296,7 +363,8 @@ TEST(BsdfReciprocity, OpaqueLobesAreSymmetric) {
   for (const Material& m : {test::lambert(Rgb(0.5f)), plastic(0.3f), plastic(1), metal(0.6f), mixed(),
                             coated(test::lambert(Rgb(0.5f)), 0), coated(plastic(0.5f), 0.7f), coated(metal(0.6f), 0.4f),
                             sheened(test::lambert(Rgb(0.5f)), 0), sheened(plastic(0.5f), 0.5f),
-                            sheened(metal(0.6f), 0.9f), coated(sheened(mixed(), 0.4f), 0.5f)}) {
+                            sheened(metal(0.6f), 0.9f), coated(sheened(mixed(), 0.4f), 0.5f), brushed(metal(0.5f), 0.9f),
+                            brushed(mixed(), 0.7f)}) {
     const Plane setup(m);
     for (const float degrees : {10.0f, 40.0f, 70.0f}) {
       const Vec3 a = direction(degrees);
@@ -311,7 +379,7 @@ TEST(BsdfReciprocity, OpaqueLobesAreSymmetric) {
 // f(o→i)/η_i² = f(i→o)/η_o² for refraction [Veach 1997, eq. 5.14].
 TEST(BsdfReciprocity, RoughRefractionIsSymmetricUpToTheIndex) {
   for (const Material& m : {rough_glass(0.7f, false), coated(rough_glass(0.7f, false), 0.3f),
-                            sheened(rough_glass(0.7f, false), 0.6f)}) {
+                            sheened(rough_glass(0.7f, false), 0.6f), along(brushed(rough_glass(0.6f, false), 0.5f))}) {
     const Plane outside(m, true);
     const Plane inside(m, false);
     const Vec3 out = direction(40);
@@ -340,10 +408,29 @@ TEST(Microfacet, NormalsProjectToOne) {
       const float z = 1 - u * u * u;
       const float r = std::sqrt(std::max(0.0f, 1 - z * z));
       const double density = 1 / (2 * kPi * 3.0 * u * u);
-      return static_cast<double>(ggx_d({r, 0, z}, alpha) * z) / density;
+      return static_cast<double>(Ggx(alpha).d({r, 0, z}) * z) / density;
     });
     EXPECT_TRUE(agrees(s, 1)) << alpha << " " << s.mean;
   }
+}
+
+// The same along and across; the ellipse of normals of equal density is as long as the ratio of both.
+TEST(Microfacet, AnisotropicNormalsProjectToOne) {
+  const Ggx facets(0.4f, 0.1f);
+  const Sample s = draw(400'000, [&](Rng& rng) {
+    const Vec2 u = rng.next2();
+    const float z = 1 - u.x * u.x * u.x, r = std::sqrt(std::max(0.0f, 1 - z * z));
+    const double density = 1 / (2 * kPi * 3.0 * u.x * u.x);
+    return static_cast<double>(facets.d({r * std::cos(2 * kPi * u.y), r * std::sin(2 * kPi * u.y), z}) * z) / density;
+  });
+  EXPECT_TRUE(agrees(s, 1)) << s.mean;
+  // Slopes alike in units of α; D cos⁴ is the density of slopes.
+  const auto slopes = [&](float x, float y) {
+    const Vec3 h = glm::normalize(Vec3(x, y, 1));
+    return facets.d(h) * h.z * h.z * h.z * h.z;
+  };
+  EXPECT_NEAR(slopes(0.4f, 0), slopes(0, 0.1f), 1e-4f * slopes(0, 0.1f));
+  EXPECT_NEAR(Ggx(0.3f, 0.3f).d({0.6f, 0, 0.8f}), Ggx(0.3f).d({0, 0.6f, 0.8f}), 1e-6f);
 }
 
 TEST(Microfacet, FresnelMatchesTheNormalAndTheCriticalAngle) {

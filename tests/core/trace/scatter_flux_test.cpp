@@ -41,6 +41,12 @@ Material coated(Material m, float roughness) {
   return m;
 }
 
+Material brushed(Material m) {
+  m.anisotropy = 0.7f;
+  m.anisotropy_rotation = 0.6f;
+  return m;
+}
+
 Material sheened(Material m, float roughness) {
   m.sheen_color = Rgb(0.9f, 0.5f, 0.2f);
   m.sheen_roughness = roughness;
@@ -141,6 +147,8 @@ INSTANTIATE_TEST_SUITE_P(
                                      Case{"coated lambert", coated(test::lambert(Rgb(0.7f)), 0.7f)},
                                      Case{"coated glossy plastic", coated(plastic(0.4f), 0.3f)},
                                      Case{"coated bumps", bumpy(coated(test::lambert(Rgb(0.7f)), 0.7f))},
+                                     Case{"brushed metal", brushed(metal(0.7f))},
+                                     Case{"brushed plastic", brushed(plastic(0.4f))},
                                      Case{"velvet", sheened(test::lambert(Rgb(0.7f)), 0.3f)},
                                      Case{"coated felt", coated(sheened(plastic(0.6f), 0.8f), 0.3f)}),
                      testing::Values(0.0f, 10.0f, 45.0f), testing::Values(0.2f, 0.8f)));
