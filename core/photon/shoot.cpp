@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/math/rng.h"
+#include "core/trace/coverage.h"
 #include "core/trace/dispersion.h"
 #include "core/trace/medium.h"
 #include "core/trace/plain.h"
@@ -279,10 +280,13 @@ class Shooter {
       carry(walk, walk.flux * walk.medium.transmittance(scene_.scene, surface, hit.t));
     }
     if (disperses(*surface.material)) disperse(surface, walk.flux, wavelengths_, walk.rng.next());
+    surface.ior = walk.medium.relative_index(scene_.scene, surface);
     const Vec3 wi = -walk.ray.direction;
     const Bsdf bsdf(scene_.scene, surface, wi);
     const LobeMask gathered = gathered_lobes(bsdf);
-    store(walk, surface.position, encode_direction(wi), encode_normal(surface.ng),
+    const std::uint32_t from = encode_direction(wi);
+    store(walk, surface.position, from, encode_normal(surface.ng),
+          rounded(as_stored(walk.flux, surface), surface.position, from),
           walk.depth > 0 && (gathered != kNoLobe || shared_on_gloss(walk, bsdf)));
     FluxSample sample;
     const bool scattered = scatter_flux(scene_.scene, surface, bsdf, wi, most_normal_factor_, walk.rng, sample);
@@ -304,6 +308,13 @@ class Shooter {
     walk.ray.origin = spawn_point(surface.position, surface.ng, surface.extent, sample.wi);
     walk.ray.direction = sample.wi;
     return carry_finite(walk, next * (1 / survival)) && goes_on(walk);
+  }
+
+  // A blended surface is met by a share of the photons, and by the same share of the paths that gather them: one of both
+  // is enough.
+  Rgb as_stored(const Rgb& flux, const SurfacePoint& s) const {
+    if (!kAllFeatures || s.material->alpha_mode != AlphaMode::blend) return flux;
+    return flux / coverage(scene_.scene, *s.mesh, s.triangle, s.u, s.v);
   }
 
   // Whether paths from the eye share this light where it falls on gloss.

@@ -9,13 +9,14 @@ namespace {
 // As Bsdf finds the lobes. A colour that is not finite is left to where photons are rejected.
 Shading shading_of(const Material& m) {
   if (!is_finite(m.base_color) || m.base_color_texture.used() || m.bends_normals()) return Shading::other;
-  if (m.bare_diffuse()) return Shading::diffuse;
+  // On blended surfaces photons count for more (Shooter::as_stored).
+  if (m.bare_diffuse()) return m.alpha_mode == AlphaMode::blend ? Shading::other : Shading::diffuse;
   if (m.anisotropy > 0 || m.clearcoat > 0 || m.sheened()) return Shading::other;
   if (!(m.roughness * m.roughness < kSmoothAlpha) || m.metallic_roughness_texture.used()) return Shading::other;
   if (m.metallic == 1 && !is_black(m.base_color)) return Shading::mirror;
   const bool textured = m.specular_texture.used() || m.specular_color_texture.used() || m.transmission_texture.used();
   const bool by_fresnel = m.transmission == 1 && m.specular == 1 && m.specular_color == Rgb(1) && !textured;
-  const bool clear = !m.thin_walled && m.ior != 0 && m.dispersion == 0 && !(m.attenuation_distance < kInfinity);
+  const bool clear = !m.thin_walled && m.ior != 0 && m.dispersion == 0 && !m.nested && !(m.attenuation_distance < kInfinity);
   return m.metallic == 0 && by_fresnel && clear ? Shading::glass : Shading::other;
 }
 

@@ -70,6 +70,36 @@ TEST(HardCase, TwoSidedSheet42) {
                look, photon_methods());
 }
 
+// A blended sheet before nothing, lit by a floor alone: it shows as much less light as it covers less.
+TEST(BlendedSurfaces, ShowPhotonsInProportion) {
+  const auto seen = [](float alpha, Method method) {
+    Scene scene = empty_scene();
+    Material sheet = lambert(Rgb(0.8f));
+    sheet.alpha_mode = AlphaMode::blend;
+    sheet.alpha = alpha;
+    add_mesh(scene, parallelogram({-1, 0.5f, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, sheet));
+    add_mesh(scene, parallelogram({-2, 0, 3}, {4, 0, 0}, {0, 0, -2.9f}), add_material(scene, lambert(Rgb(0.5f))));
+    PunctualLight sun;   // along the sheet
+    sun.type = LightType::directional;
+    sun.direction = {0, -1, 0};
+    sun.intensity = Rgb(1);
+    scene.lights.push_back(sun);
+    const Look look{.from = {0, 1.2f, 3}, .at = {0, 1.2f, 0}, .radius = 0.3f, .photons = 20'000, .passes = 250};
+    return see(prepared(std::move(scene)), method, 1, look)[0];
+  };
+  const Sample opaque = seen(1, Method::path);
+  for (const float alpha : {0.5f, 0.2f}) {
+    for (const Method method : kMethods) {
+      const Sample blended = seen(alpha, method);
+      const double expected = static_cast<double>(alpha) * opaque.mean;
+      const double error = std::hypot(blended.standard_error(), static_cast<double>(alpha) * opaque.standard_error());
+      // What shines through to and fro between sheet and floor is less than a percent.
+      EXPECT_NEAR(blended.mean, expected, 0.02 * expected + kSigmas * error) << method_name(method) << alpha;
+      EXPECT_LT(error, 0.1 * expected) << method_name(method) << alpha;
+    }
+  }
+}
+
 // Light through a blended sheet of alpha .3, and through a mask with holes in half of it.
 TEST(HardCase, AlphaSheet42) {
   HardCase c(42, "thin sheets");
