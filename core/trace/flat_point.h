@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/math/lanes.h"
 #include "core/trace/accel.h"
@@ -14,15 +15,15 @@ namespace photond {
 struct FlatPoint {
   Vec3 position;
   Vec3 ng;                    ///< unit geometric normal on the side the ray came from
-  float extent;
+  float extent;               ///< as SurfacePoint::extent
   float side;                 ///< 1 where the ray came from the front, else −1
 };
 
 inline float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
 
-/// Largest |coordinate| of a triangle.
-[[gnu::always_inline]] inline float vertex_extent(const Vec3& a, const Vec3& b, const Vec3& c) {
-  return max_component(glm::max(glm::max(glm::abs(a), glm::abs(b)), glm::abs(c)));
+/// Largest |coordinates| of a triangle.
+[[gnu::always_inline]] inline Vec3 vertex_extents(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return glm::max(glm::max(glm::abs(a), glm::abs(b)), glm::abs(c));
 }
 
 /// Unit normal of a triangle with edges ab, ac, whatever their length; z where the triangle is degenerate.
@@ -40,8 +41,13 @@ inline float max_abs(const Vec3& v) { return max_component(glm::abs(v)); }
                                                    const Vec3& direction) {
   FlatPoint p;
   p.position = (1 - u - v) * a + u * b + v * c;
-  p.extent = vertex_extent(a, b, c);
   const Vec3 normal = unit_normal(b - a, c - a);
+  // Products and maxima are the same in lanes and alone; a sum would not be. Of what lies at 0 a little: numbers that are
+  // not normal take a hundred times as long.
+  const Vec3 extents = vertex_extents(a, b, c);
+  constexpr float kLeast = 0x1p-10f;
+  p.extent = std::max(std::numbers::sqrt3_v<float> * max_component(glm::abs(normal) * extents),
+                      kLeast * max_component(extents));
   p.side = std::copysign(1.0f, -glm::dot(normal, direction));  // from which side a ray comes no branch can predict
   p.ng = p.side * normal;
   return p;

@@ -62,7 +62,8 @@ TriangleVertices vertices_of(const Scene& scene, std::uint32_t instance, std::ui
   const Vec3& c = mesh.vertices[i.z].position;
   if (!kAllFeatures || !placed.moved) return {a, b, c};
   const Affine& m = placed.to_world;
-  TriangleVertices world{transform_point(m, a), transform_point(m, b), transform_point(m, c), is_mirrored(m), max_abs(m[3])};
+  const float moved = std::max(max_abs(m[3]), std::numeric_limits<float>::min());   // turned about the origin, too
+  TriangleVertices world{transform_point(m, a), transform_point(m, b), transform_point(m, c), is_mirrored(m), moved};
   if (world.mirrored) std::swap(world.b, world.c);
   return world;
 }
@@ -113,7 +114,7 @@ SurfacePoint make_surface(const Scene& scene, const Ray& ray, const Hit& hit) {
   const float c = world.mirrored ? hit.u : hit.v;
   const FlatPoint flat = flat_point(world.a, world.b, world.c, b, c, ray.direction);
   s.position = flat.position;
-  s.extent = std::max(flat.extent, world.moved);
+  s.extent = world.moved > 0 ? world.extent() : flat.extent;
   s.front = flat.side > 0;
   s.ng = s.ns = flat.ng;
   s.smooth = kAllFeatures && (!s.mesh->normals.empty() || s.material->bends_normals());

@@ -18,8 +18,9 @@ struct SurfacePoint {
   Vec3 position;
   Vec3 ng;                    ///< unit geometric normal on the side the ray came from
   Vec3 ns;                    ///< unit shading normal on the same side as ng
-  float extent;               ///< largest |coordinate| that intersecting the triangle computes with: of its vertices,
-                              ///< and of the way it is moved from where its mesh lies
+  float extent;               ///< to what the errors of a point on it along ng are in proportion: √3 times the largest
+                              ///< |coordinate| of its vertices times |ng| on that axis, but not next to nothing. Where an
+                              ///< instance is moved, the largest |coordinate| in the world and of the way it is moved
   float u;                    ///< barycentric, as in Hit
   float v;
   std::uint32_t instance;
@@ -27,7 +28,8 @@ struct SurfacePoint {
   glm::uvec3 vertices;        ///< indices into the mesh's attributes
   const Mesh* mesh;
   const Material* material;
-  float ior;                  ///< the material's, at the wavelength of the ray (disperse)
+  float ior;                  ///< the material's, at the wavelength of the ray (disperse), over that of what it lies in
+                              ///< (Medium::relative_index)
   bool front = true;          ///< the ray came from the front face
   bool smooth = false;        ///< ns may differ from ng
 };
@@ -39,8 +41,8 @@ struct TriangleVertices {
   bool mirrored = false;      ///< b and c are exchanged
   float moved = 0;            ///< largest |coordinate| of the way that the triangle is moved
 
-  /// As SurfacePoint::extent.
-  float extent() const { return std::max(vertex_extent(a, b, c), moved); }
+  /// Largest |coordinate| that intersecting it computes with.
+  float extent() const { return std::max(max_component(vertex_extents(a, b, c)), moved); }
 };
 TriangleVertices triangle_vertices(const Scene& scene, std::uint32_t instance, std::uint32_t triangle);
 
@@ -105,11 +107,11 @@ struct alignas(64) SurfaceLanes {
   SurfacePoint point(std::uint32_t k, const Scene& scene, const Hit& hit) const;
 };
 
-/// A point safely off the surface on the side of `direction`, for rays that start there. The distance scales
-/// with the coordinates: about eight units in the last place of the largest vertex coordinate.
+/// A point safely off the surface on the side of `direction`, for rays that start there. The distance scales with
+/// SurfacePoint::extent, by eight units in its last place.
 inline Vec3 spawn_point(const Vec3& position, const Vec3& ng, float extent, const Vec3& direction) {
-  // Interpolating the position errs by about three units in the last place of the largest vertex coordinate,
-  // and the intersection test of the next ray by as much again.
+  // Interpolating the position errs by about three units in the last place of each axis' largest vertex coordinate, and
+  // the intersection test of the next ray by as much again.
   constexpr float kUlps = 8 * 0x1p-23f;
   const float offset = std::max(kUlps * extent, std::numeric_limits<float>::min());
   return position + std::copysign(offset, glm::dot(direction, ng)) * ng;

@@ -49,6 +49,24 @@ TEST(HardCase, NothingToDo18) {
   }
 }
 
+// The ground is a hundred kilometres wide; a sheet a millimetre above it keeps the sun from it.
+TEST(LevelGround, IsDarkBelowWhatLiesOnIt) {
+  Scene scene = empty_scene();
+  const std::uint32_t white = add_material(scene, lambert(Rgb(0.5f)));
+  add_mesh(scene, parallelogram({-5e4f, 0, 5e4f}, {1e5f, 0, 0}, {0, 0, -1e5f}), white);
+  add_mesh(scene, parallelogram({-1, 1e-3f, 1}, {2, 0, 0}, {0, 0, -2}), white);
+  PunctualLight sun;
+  sun.type = LightType::directional;
+  sun.direction = glm::normalize(Vec3(0.1f, -1, 0.2f));
+  sun.intensity = Rgb(1);
+  scene.lights.push_back(sun);
+  const auto room = prepared(std::move(scene));
+  for (const Method method : kMethods) {
+    const Look look{.from = {0, 5e-4f, 0}, .at = {0.05f, 0, 0}, .photons = 2000, .passes = 2, .side = 4};
+    EXPECT_NEAR(see(room, method, 1, look)[0].mean, 0, 1e-3) << method_name(method);
+  }
+}
+
 // One face of a box as a fan of needles a metre long and a micrometre wide (and the rest), seen from a corner.
 Mesh needle_box(const glm::mat3& rotation, const Vec3& center) {
   Mesh mesh = box({0, 0, 0}, {1, 1, 1}, true);

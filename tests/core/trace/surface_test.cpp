@@ -79,7 +79,7 @@ TEST(Surface, LanesEqualSinglePoints) {
       EXPECT_LT(glm::distance(s.position, t.position), kUlps);
       EXPECT_LT(glm::distance(s.ng, t.ng), kUlps);
       EXPECT_LT(glm::distance(s.ns, t.ns), kUlps);
-      EXPECT_EQ(s.extent, t.extent);
+      EXPECT_FLOAT_EQ(s.extent, t.extent);
       EXPECT_EQ(s.front, t.front);
       EXPECT_EQ(s.smooth, t.smooth);
       EXPECT_EQ(s.material, t.material);
