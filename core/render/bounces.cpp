@@ -59,6 +59,7 @@ bool Bounces::advance(Walk& walk, const Hit& hit, SurfacePoint surface) {
     return false;
   }
   if (disperses(*surface.material)) disperse(surface, path.throughput, settings_.wavelengths, walk.rng.next());
+  surface.ior = path.medium.relative_index(scene_.scene, surface);
   const Bsdf bsdf(scene_.scene, surface, -path.ray.direction);
   const Lobes lobes = divide(bsdf, technique(path));
   sample_direct_light(scene_, path, surface, bsdf, lobes, walk.rng, walk.sample, shadows);

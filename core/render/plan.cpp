@@ -19,6 +19,9 @@ struct Features {
   bool anisotropy = false;
   bool clearcoat = false;
   std::string dispersing;      // name of the first material that disperses
+  std::string frosted;         // of the first frosted glass
+  bool casts = false;          // smooth glass, or a mirror
+  bool nested = false;          // volumes within others
   bool sheen = false;
   bool bounded_light = false;   // any light but the environment
   bool surfaces = false;
@@ -61,6 +64,9 @@ void note_material(const Scene& scene, const Material& m, Features& features) {
   features.anisotropy = features.anisotropy || m.anisotropy > 0;
   features.clearcoat = features.clearcoat || m.clearcoat > 0;
   if (features.dispersing.empty() && disperses(m)) features.dispersing = label(m);
+  if (features.frosted.empty() && frosts(m)) features.frosted = label(m);
+  features.casts = features.casts || mirrors(scene, m);
+  features.nested = features.nested || m.nested;
   features.sheen = features.sheen || m.sheened();
   features.bounded_light = features.bounded_light || m.emissive();
   features.receivers = features.receivers || gathers(m);
@@ -160,13 +166,24 @@ std::string left_to_paths(const std::string& caster, bool concentrated) {
   return reason + "; " + caster + ": what paths have not found of that light is missing from the picture and from its error";
 }
 
+constexpr const char* kMissing = ": what comes to it from points is missing from the picture and from its error";
+
 PlanItem gloss_item(const PreparedScene& scene, const Plan& plan) {
   const bool merges = plan.uses_maps && !plan.biased;
+  const std::string left = std::string("the method leaves gloss to paths") + (scene.scene.lights.empty() ? "" : kMissing);
   return {"gloss_merge", scene.shares_gloss && merges,
           !scene.shares_gloss ? "no gloss is lit by way of glass or a mirror"
           : merges            ? "photons that come by way of glass or mirrors are gathered on gloss, too"
-          : plan.uses_maps    ? "the method leaves gloss to paths"
+          : plan.uses_maps    ? left
                               : "the method stores no photons"};
+}
+
+// Light that comes to frosted glass by way of other glass or of mirrors: nothing is gathered there.
+PlanItem frosted_item(const std::string& frosted, bool points) {
+  if (frosted.empty()) return {"frosted_glass", false, "no frosted glass is lit by way of other glass or of mirrors"};
+  return {"frosted_glass", true,
+          frosted + " is frosted glass, lit by way of other glass or of mirrors, which is left to paths" +
+              (points ? kMissing : "")};
 }
 
 PlanItem dispersion_item(const std::string& material, Method method) {
@@ -222,6 +239,7 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                                                 : left_to_paths(features.caster, concentrated)});
   if (plan.method == Method::hybrid) plan.items.push_back(shares_item(caustics, scene.lights.extended()));
   plan.items.push_back(gloss_item(scene, plan));
+  plan.items.push_back(frosted_item(features.casts ? features.frosted : "", !scene.scene.lights.empty()));
   plan.items.push_back(domain_item(scene.domain, plan.uses_maps));
   plan.items.push_back(pattern_item(scene.lights));
   plan.items.push_back(aim_item(scene.aim, plan.uses_maps));
@@ -231,6 +249,9 @@ Result<Plan> make_plan(const PreparedScene& scene, const RenderSettings& setting
                                             : "no volume absorbs light"});
   plan.items.push_back(dispersion_item(features.dispersing, plan.method));
   plan.items.push_back(touching_item(scene.touching_glass));
+  plan.items.push_back({"nested_volumes", features.nested,
+                        features.nested ? "volumes may reach into one another: paths know in which they are"
+                                        : "no volume reaches into another"});
   plan.items.push_back({"alpha_test", features.alpha,
                         features.alpha ? "a material is masked or blended" : "every material is opaque"});
   plan.items.push_back({"anisotropy", features.anisotropy,

@@ -49,7 +49,7 @@ RadianceSettings radiance_settings(const RenderTask& task, std::uint32_t pass, c
   settings.nearest = task.settings.gather_photons;
   settings.max_depth = task.settings.max_depth;
   settings.start = task.start;
-  settings.apart = task.camera.orthographic && has_absorption(task.scene->scene);
+  settings.apart = task.camera.orthographic && has_followed_volumes(task.scene->scene);
   settings.most_normal_factor = most_normal_factor(pass);
   // As those of the photons: photon_map has the ones of pass 0 throughout.
   settings.wavelengths = wavelengths_of_pass(task.photons.seed, task.plan.method == Method::photon_map ? 0 : pass);
@@ -128,7 +128,7 @@ Result<RenderTask> make_render_task(std::shared_ptr<const PreparedScene> scene, 
   Result<Plan> plan = make_plan(*scene, settings, execution);
   if (!plan) return plan.error();
   RenderTask task{std::move(scene), std::move(moved), photons, settings, std::move(plan).value(), nullptr, {}};
-  if (has_absorption(task.scene->scene)) {
+  if (has_followed_volumes(task.scene->scene)) {
     task.start = enclosing(task.scene->scene, task.scene->accel, Vec3(task.camera.to_world[3]));
   }
   if (task.plan.uses_maps) {

@@ -48,6 +48,7 @@ struct Material {
   bool thin_walled = true;                               ///< KHR_materials_volume: thicknessFactor is 0
   Rgb attenuation_color{1};
   float attenuation_distance = kInfinity;                ///< metres
+  bool nested = false;                                   ///< set by `prepare`: volumes of it may lie within others (find_nested)
   float dispersion = 0;                                  ///< KHR_materials_dispersion: 20 over Abbe's number
   float anisotropy = 0;                                  ///< KHR_materials_anisotropy: strength
   float anisotropy_rotation = 0;                         ///< from the tangent to where highlights are longest, radians

@@ -75,7 +75,8 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& surface, const Vec3& wo)
     thin_ = material.thin_walled;
     float ior = surface.ior == 0 ? 1e6f : surface.ior;
     // The normals of rough facets follow from how they bend light.
-    if (!smooth() && !thin_) ior = std::max(ior, 1.00001f);
+    constexpr float kLeast = 1.00001f;
+    if (!smooth() && !thin_ && std::abs(ior - 1) < kLeast - 1) ior = kLeast;
     eta_ = thin_ || surface.front ? ior : 1 / ior;
   }
 

@@ -150,6 +150,15 @@ bool mirrors_points(const Scene& scene, const Material& m) {
   return !m.bare_diffuse() && alpha(roughness) < kSmoothAlpha;
 }
 
+bool frosts(const Material& m) {
+  return m.transmission > 0 && (m.metallic_roughness_texture.used() || m.anisotropy > 0 || alpha(m.roughness) >= kSmoothAlpha);
+}
+
+bool mirrors(const Scene& scene, const Material& m) {
+  const float least = m.transmission > 0 ? lowest_roughness(scene, m, 0) : lowest_roughness(scene, m, kMetal);
+  return alpha(least) < kSmoothAlpha;
+}
+
 bool lights_gloss(const Scene& scene) {
   const auto casts = [&](const Material& m) {
     return m.transmission > 0 || alpha(lowest_roughness(scene, m, kMetal)) < kSmoothAlpha;

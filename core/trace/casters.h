@@ -21,6 +21,12 @@ bool casts_caustics(const Scene& scene, const Material& material);
 /// Whether the surface mirrors a little, by a smooth coat or as metal by a part: paths never find points by way of it.
 bool mirrors_points(const Scene& scene, const Material& material);
 
+/// Whether it transmits through facets, at least in part.
+bool frosts(const Material& material);
+
+/// Whether light that it transmits, or reflects as a metal, may go on in one direction.
+bool mirrors(const Scene& scene, const Material& material);
+
 /// Whether the scene has glass, or a mirror, and beside it gloss: paths from there find light by way of it too seldom,
 /// and that of points never.
 bool lights_gloss(const Scene& scene);

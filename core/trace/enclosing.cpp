@@ -7,9 +7,9 @@
 
 namespace photond {
 
-bool has_absorption(const Scene& scene) {
+bool has_followed_volumes(const Scene& scene) {
   return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
-    return Medium::absorbs(scene.materials[scene.meshes[instance.mesh].material]);
+    return Medium::follows(scene.materials[scene.meshes[instance.mesh].material]);
   });
 }
 

@@ -59,8 +59,9 @@ struct Pilot {
     for (std::uint32_t bounce = 0; bounce < kMaxBounces; ++bounce) {
       const Hit hit = accel.intersect(ray);
       if (!hit.found()) return 0;
-      const SurfacePoint surface = make_surface(scene, ray, hit);
+      SurfacePoint surface = make_surface(scene, ray, hit);
       flux *= medium.transmittance(scene, surface, hit.t);
+      surface.ior = medium.relative_index(scene, surface);
       const Bsdf bsdf(scene, surface, -ray.direction);
       const LobeMask gathered = gathered_lobes(bsdf);
       if (bounce > 0 && gathered != kNoLobe) return mean(flux);

@@ -38,7 +38,7 @@ bool is_divided(const Scene& scene, const Accel& accel, const EmitterTriangle& e
 }  // namespace
 
 LightMedia find_light_media(const Scene& scene, const Accel& accel, const Lights& lights, const Execution& execution) {
-  if (!has_absorption(scene)) return {};
+  if (!has_followed_volumes(scene)) return {};
   LightMedia media{std::vector<Medium>(lights.size()), {}};
   std::vector<std::uint8_t> divided(lights.size());   // of bytes: threads write side by side
   parallel_for(execution, media.around.size(), 64, [&](std::size_t i) {

@@ -11,7 +11,7 @@ namespace photond {
 
 /// The volumes in which paths leave the lights. Light from infinity is in none.
 struct LightMedia {
-  std::vector<Medium> around;   ///< each light; empty where nothing absorbs
+  std::vector<Medium> around;   ///< each light; empty where no volume is followed
   std::vector<bool> divided;    ///< emissive triangles that reach from one volume into another
 
   /// Of a path that starts at `start`.
@@ -22,7 +22,7 @@ struct LightMedia {
   std::uint64_t memory_bytes() const { return around.capacity() * sizeof(Medium) + divided.capacity() / 8; }
 };
 
-/// Looks for them where anything absorbs.
+/// Looks for them where any volume is followed.
 LightMedia find_light_media(const Scene& scene, const Accel& accel, const Lights& lights, const Execution& execution);
 
 }  // namespace photond

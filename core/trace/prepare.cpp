@@ -8,6 +8,7 @@
 
 #include "core/math/transform.h"
 #include "core/trace/casters.h"
+#include "core/trace/nested.h"
 #include "core/trace/touching.h"
 
 namespace photond {
@@ -150,6 +151,7 @@ Result<std::shared_ptr<const PreparedScene>> prepare(Scene scene, const Executio
   dropped += drop_coincident_emitters(prepared->scene);
   warn_of_dropped(prepared->scene, dropped);
   prepared->touching_glass = separate_touching(prepared->scene);
+  find_nested(prepared->scene);
   make_vertices(prepared->scene);
   prepared->bounds = world_bounds(prepared->scene);
   for (const Instance& instance : prepared->scene.instances) {

@@ -85,6 +85,60 @@ TEST(Volumes, ThatTouchAbsorbAsThoseThatOverlap) {
   }
 }
 
+double reflectance(double a, double b) { return (a - b) / (a + b) * ((a - b) / (a + b)); }
+
+// What two borders one behind the other reflect of light that goes to and fro between them.
+double together(double first, double second) { return first + (1 - first) * (1 - first) * second / (1 - first * second); }
+
+// What is seen of a sky of radiance 1 from straight above two volumes.
+double reflected_by(const Mesh& first, float ior, const Mesh& second, float other) {
+  Scene scene = empty_scene();
+  add_mesh(scene, first, add_material(scene, glass(ior)));
+  add_mesh(scene, second, add_material(scene, glass(other)));
+  add_mesh(scene, parallelogram({-9, 5, -9}, {18, 0, 0}, {0, 0, 18}), add_material(scene, emitter(Rgb(1))));
+  const Look look{.from = {0.1f, 2, 0.1f}, .at = {0.1f, 0, 0.1f}, .passes = 200, .side = 16};
+  return see(prepared(std::move(scene)), Method::path, 1, look)[0].mean;
+}
+
+// Between glass and water light knows nothing of air.
+TEST(Volumes, ReflectByBothIndicesWhereTheyTouchOrNest) {
+  const Mesh glass_above = box({-1, 0, -1}, {1, 0.2f, 1});
+  const double wet = reflectance(1.5, 1.33), in_water = together(wet, reflectance(1.33, 1));
+  const double touching = reflected_by(glass_above, 1.5f, box({-1, -0.3f, -1}, {1, 0, 1}), 1.33f);
+  EXPECT_NEAR(touching, together(0.04, in_water), 0.002);   // .0617; .1105 with a gap
+  // A bubble of air in glass.
+  const double bubble = together(0.04, together(0.04, together(0.04, 0.04)));
+  const double found = reflected_by(box({-1, -1, -1}, {1, 1, 1}), 1.5f, box({-0.5f, -0.5f, -0.5f}, {0.5f, 0.5f, 0.5f}), 1);
+  EXPECT_NEAR(found, bubble, 0.003);                        // .143; .077 without it
+}
+
+// A lamp above a pane that lies on water: the ground is lit as if it were nearer by what the indices say.
+TEST(Volumes, PhotonsPassFromGlassToWater) {
+  Scene scene = empty_scene();
+  add_mesh(scene, box({-1, 0, -1}, {1, 0.2f, 1}), add_material(scene, glass(1.5f)));
+  add_mesh(scene, box({-1, -0.3f, -1}, {1, 0, 1}), add_material(scene, glass(1.33f)));
+  // Of an albedo that sends next to nothing back to be reflected.
+  add_mesh(scene, parallelogram({-0.9f, -0.29f, 0.9f}, {1.8f, 0, 0}, {0, 0, -1.8f}), add_material(scene, lambert(Rgb(0.02f))));
+  PunctualLight spot;
+  spot.type = LightType::spot;
+  spot.position = {0, 2, 0};
+  spot.direction = {0, -1, 0};
+  spot.cos_inner = 0.97f;
+  spot.cos_outer = 0.96f;
+  spot.intensity = Rgb(10);
+  scene.lights.push_back(spot);
+  const auto room = prepared(std::move(scene));
+  const double distance = 1.8 + 0.2 / 1.5 + 0.29 / 1.33;
+  const double passed = 1 - together(0.04, reflectance(1.5, 1.33));
+  const double expected = 0.02 / static_cast<double>(kPi) * 10 * passed / (distance * distance);
+  for (const Method method : photon_methods()) {
+    const Look look{.from = {0.2f, -0.1f, 0.1f}, .at = {0, -0.29f, 0}, .radius = 0.1f, .photons = 20'000, .passes = 30};
+    const Sample seen = see(room, method, 1, look)[0];
+    EXPECT_NEAR(seen.mean, expected, 0.005 * expected + kSigmas * seen.standard_error()) << method_name(method);
+    EXPECT_LT(seen.standard_error(), 0.03 * expected);
+  }
+}
+
 // A lamp of two triangles, half of it in a liquid that refracts none: photons of either half start where they are.
 TEST(Volumes, LampsMayReachOutOfThem) {
   Scene scene = empty_scene();

@@ -75,6 +75,68 @@ TEST(Medium, OutgrowsNothing) {
   EXPECT_EQ(medium.transmittance(scene, 1), Rgb(0.5f, 0.25f, 1));
 }
 
+// Glass in water in air, one beside the other, and overlapping.
+TEST(Medium, KnowsTheIndexAround) {
+  Scene scene = test::empty_scene();
+  const std::uint32_t water = test::add_material(scene, test::glass(1.25f)), glass = test::add_material(scene, test::glass(1.5f));
+  scene.materials[water].nested = scene.materials[glass].nested = true;
+  Medium medium;
+  const auto index = [&](std::uint32_t material, bool front) {
+    SurfacePoint surface{};
+    surface.material = &scene.materials[material];
+    surface.ior = surface.material->ior;
+    surface.front = front;
+    return medium.relative_index(scene, surface);
+  };
+  EXPECT_EQ(index(glass, true), 1.5f);
+  EXPECT_EQ(index(glass, false), 1.5f) << "nobody has seen the path enter";
+  follow(medium, scene, water, Event::enter);
+  EXPECT_EQ(index(water, false), 1.25f);
+  EXPECT_EQ(index(glass, true), 1.2f);
+  follow(medium, scene, glass, Event::enter);
+  EXPECT_EQ(index(glass, false), 1.2f);
+  EXPECT_EQ(index(water, false), 1) << "glass is there instead";
+  follow(medium, scene, water, Event::leave);
+  EXPECT_EQ(index(glass, false), 1.5f);
+}
+
+// A shell whose sides have materials of their own, with glass in it.
+TEST(Medium, LeavesAShellByItsInnerSide) {
+  Scene scene = test::empty_scene();
+  const std::uint32_t outer = test::add_material(scene, test::glass(1.5f)), inner = test::add_material(scene, test::glass(1.5f));
+  for (const std::uint32_t material : {outer, inner}) scene.materials[material].nested = true;
+  Medium medium;
+  follow(medium, scene, outer, Event::enter);
+  SurfacePoint side{};
+  side.material = &scene.materials[inner];
+  side.ior = 1.5f;
+  side.front = false;
+  EXPECT_EQ(medium.relative_index(scene, side), 1.5f);
+  follow(medium, scene, inner, Event::leave);
+  EXPECT_FALSE(medium.active());
+  follow(medium, scene, inner, Event::enter);
+  follow(medium, scene, outer, Event::leave);
+  EXPECT_FALSE(medium.active());
+}
+
+// Only what may reach into another volume.
+TEST(Medium, FollowsVolumesThatMayReachIntoOneAnother) {
+  const auto nested = [](float x, float size = 1, bool inwards = false) {
+    Scene scene = test::empty_scene();
+    const std::uint32_t first = test::add_material(scene, test::glass(1.5f)), second = test::add_material(scene, test::glass(1.5f));
+    test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}), first);
+    test::add_mesh(scene, test::box({x - size, -size, -size}, {x + size, size, size}, inwards), second);
+    const auto prepared = test::prepared(std::move(scene));
+    EXPECT_EQ(prepared->scene.materials[second].nested, prepared->scene.materials[first].nested);
+    return prepared->scene.materials[first].nested;
+  };
+  EXPECT_TRUE(nested(1.5f));
+  EXPECT_TRUE(nested(2)) << "they touch";
+  EXPECT_FALSE(nested(2.5f));
+  EXPECT_TRUE(nested(0, 0.5f));
+  EXPECT_FALSE(nested(0, 0.5f, true)) << "a shell";
+}
+
 // A lamp of one mesh, of which a part hangs in the tank, another in the air.
 TEST(Medium, EnclosesEachPartOfALamp) {
   Scene scene = tank();
@@ -115,7 +177,7 @@ TEST(Medium, EnclosesWhatLiesWithin) {
   EXPECT_EQ(at({1.5f, 0, 0}).transmittance(prepared->scene, 1), Rgb(1));
   EXPECT_TRUE(at({1.5f, 0, 0}).active()) << "in the marble, in the tank";
   EXPECT_EQ(at({0, 0, 0}).transmittance(prepared->scene, 1), Rgb(0.5f, 0.25f, 1));
-  EXPECT_TRUE(has_absorption(prepared->scene));
+  EXPECT_TRUE(has_followed_volumes(prepared->scene));
 }
 
 TEST(Medium, OfLightsIsKnownWhereAnythingAbsorbs) {
